@@ -191,11 +191,12 @@ if(SHAKER_SANITIZE)
   set(SHAKER_TEST_TIMEOUT 600)
 endif()
 
-# shaker_test(NAME SOURCES a_test.cpp ... [APART b.cpp...] [DEPENDS targets...])
+# shaker_test(NAME SOURCES a_test.cpp ... [APART b.cpp...] [DEPENDS targets...] [COST s])
 # One GoogleTest executable; every test in it becomes a ctest test named NAME.Suite.Test. APART are
-# sources that replace what the others use (operator new), so that they are compiled alone.
+# sources that replace what the others use (operator new), so that they are compiled alone. A test with
+# a COST, about its seconds, begins before those without one: at the end all cores have work.
 function(shaker_test name)
-  cmake_parse_arguments(arg "" "" "SOURCES;APART;DEPENDS" ${ARGN})
+  cmake_parse_arguments(arg "" "COST" "SOURCES;APART;DEPENDS" ${ARGN})
   shaker_room_of_tests(room test_${name})
   add_executable(test_${name} ${arg_SOURCES} ${arg_APART})
   shaker_batches(test_${name} AT_MOST ${SHAKER_TEST_BATCH} ${arg_SOURCES})
@@ -205,7 +206,7 @@ function(shaker_test name)
   target_compile_definitions(test_${name} PRIVATE
     SHAKER_SOURCE_DIR="${CMAKE_SOURCE_DIR}" SHAKER_TEST_DATA="${CMAKE_SOURCE_DIR}/tests/data")
   gtest_discover_tests(test_${name} TEST_PREFIX "${name}." DISCOVERY_TIMEOUT 60
-                       PROPERTIES TIMEOUT ${SHAKER_TEST_TIMEOUT} LABELS ${room})
+                       PROPERTIES TIMEOUT ${SHAKER_TEST_TIMEOUT} LABELS ${room} COST 0${arg_COST})
 endfunction()
 
 # shaker_script_test(NAME COMMAND word... [NEEDS targets...] [TIMEOUT s] [LABELS more...]

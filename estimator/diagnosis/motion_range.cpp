@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <string>
+#include <utility>
 
 #include "estimator/diagnosis/cycles/harmonics.hpp"
 #include "estimator/diagnosis/records/internal/transient_run.hpp"
@@ -13,6 +16,7 @@ using Eigen::VectorXd;
 
 // Of a run: enough for its cycles, too few to show its noise.
 constexpr std::size_t kSpeeds = 10000;
+constexpr double kLeastWayBack = 0.1;  // of all the way that a recording goes
 
 double largest(const VectorXd& curve) {
   return curve.size() > 0 ? curve.cwiseAbs().maxCoeff() : 0.0;
@@ -23,16 +27,17 @@ double half_span(const VectorXd& curve) {
   return curve.size() > 0 ? 0.5 * (curve.maxCoeff() - curve.minCoeff()) : 0.0;
 }
 
-// The largest force per unit mass is that of the load cell along an imposed motion. Otherwise the
-// damper balances the excitation and the mass' own acceleration.
-void widen(MotionRange& range, const SampledRun& run) {
+// The largest force per unit mass is that of the load cell along an imposed motion: all of it where
+// the motion goes to one side, as friction does. Otherwise the damper balances the excitation and the
+// mass' own acceleration.
+void widen(MotionRange& range, const SampledRun& run, bool both_ways) {
   range.low = std::min(range.low, run.u.minCoeff());
   range.high = std::max(range.high, run.u.maxCoeff());
   range.speed = std::max(range.speed, largest(run.v));
   // A record's own acceleration is mostly noise: it is estimated by the frequency, v / u.
   const double swing = std::pow(largest(run.v), 2) / half_span(run.u);
   range.force = std::max(range.force, run.kind == Kind::imposed_motion
-                                          ? half_span(run.response)
+                                          ? (both_ways ? half_span : largest)(run.response)
                                           : std::max(swing, half_span(run.excitation)));
 }
 
@@ -59,13 +64,28 @@ void widen(MotionRange& range, const RunDatum& datum) {
 
 }  // namespace
 
+bool goes_both_ways(const std::vector<RunDatum>& data) {
+  std::map<std::string, std::pair<double, double>> ways;  // of a recording: all, and forth
+  for (const RunDatum& datum : data) {
+    if (!datum.sampled) continue;
+    auto& [all, forth] = ways[datum.sampled->record];
+    all += datum.sampled->v.cwiseAbs().sum();
+    forth += datum.sampled->v.cwiseMax(0.0).sum();
+  }
+  return std::all_of(ways.begin(), ways.end(), [](const auto& recording) {
+    const auto [all, forth] = recording.second;
+    return std::min(forth, all - forth) > kLeastWayBack * all;
+  });
+}
+
 MotionRange range_of(const std::vector<RunDatum>& data) {
   MotionRange range{1e300, -1e300, 0.0, 0.0};
+  const bool both_ways = goes_both_ways(data);
   for (const RunDatum& datum : data) {
     if (datum.quantity != Quantity::displacement) continue;
     range.imposed = datum.kind == Kind::imposed_motion;
     if (datum.sampled)
-      widen(range, *datum.sampled);
+      widen(range, *datum.sampled, both_ways);
     else
       widen(range, datum);
   }

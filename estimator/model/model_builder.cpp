@@ -209,10 +209,10 @@ void ModelBuilder::add_parameters(const config::EffectSpec& spec, std::size_t in
   const std::string_view input = config::driven(spec.effect).input;
   bool driven = input.empty();
   for (const ParameterInfo& stated : known) {
-    const ParameterInfo info = scaled(effect, stated, spec.scale);
-    const auto given = spec.parameters.find(std::string(info.symbol));
+    const auto given = spec.parameters.find(std::string(stated.symbol));
     const config::ParameterSpec empty;
     const config::ParameterSpec& said = given != spec.parameters.end() ? given->second : empty;
+    const ParameterInfo info = with_start_inside(scaled(effect, stated, spec.scale), said);
     if (!said.unit.empty() && spec.formula.empty())
       reject(fmt::format("{}/parameters/{}/unit: {} has its unit, {}", place, info.symbol,
                          info.symbol, info.unit));

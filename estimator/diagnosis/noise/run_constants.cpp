@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <numeric>
 #include <set>
 #include <stdexcept>
@@ -12,6 +11,7 @@
 
 #include <fmt/format.h>
 
+#include "estimator/diagnosis/internal/motion_range.hpp"
 #include "estimator/diagnosis/noise/internal/first_fit.hpp"
 #include "estimator/diagnosis/records/internal/transient_run.hpp"
 #include "estimator/diagnosis/score/internal/scoring.hpp"
@@ -32,7 +32,6 @@ constexpr double kByChance = 0.01;       // that noise alone makes such a scatte
 constexpr double kMeanOfMissed = 0.1;    // of a missed motion, by which what is missing moves means
 constexpr double kMostDifference = 0.1;  // of what it moves, over the response
 constexpr double kLeastDifference = 1e-6;          // the same
-constexpr double kLeastWayBack = 0.1;              // of all the way that a run goes
 constexpr int kComponents = 4;                     // zero, force, gas pressure, damping
 constexpr double kSteps[] = {4.0, 2.0, 1.4, 1.2};  // ratios of the grid, one after the other
 
@@ -113,21 +112,6 @@ MatrixXd to_constant_force(const HarmonicFit& fit, const std::vector<RunDatum>& 
   } catch (const std::invalid_argument&) {
     return {};  // a motion cannot be imposed on this model
   }
-}
-
-// True if each recording goes back a part of its way. A motion that a period brings back does.
-bool goes_both_ways(const std::vector<RunDatum>& data) {
-  std::map<std::string, std::pair<double, double>> ways;  // of a recording: all, and forth
-  for (const RunDatum& datum : data) {
-    if (!datum.sampled) continue;
-    auto& [all, forth] = ways[datum.sampled->record];
-    all += datum.sampled->v.cwiseAbs().sum();
-    forth += datum.sampled->v.cwiseMax(0.0).sum();
-  }
-  return std::all_of(ways.begin(), ways.end(), [](const auto& recording) {
-    const auto [all, forth] = recording.second;
-    return std::min(forth, all - forth) > kLeastWayBack * all;
-  });
 }
 
 // Index of an effect's parameter; -1: the model does not hold it.
@@ -302,7 +286,8 @@ std::vector<RunDatum> without_constants(const HarmonicFit& fit, const std::vecto
 std::string let_zeros_differ(const HarmonicFit& fit, const std::string& unit,
                              std::vector<RunDatum>& data) {
   const auto found = means_of(fit, data);
-  if (!found) return {};
+  // What friction makes along a motion to one side is a mean, too.
+  if (!found || (found->of_force && !goes_both_ways(data))) return {};
   const auto runs = static_cast<double>(found->left.size());
   const bool several = recordings_in(data) > 1;
   const double freedom = std::max(runs - 1.0, 1.0);
@@ -313,10 +298,8 @@ std::string let_zeros_differ(const HarmonicFit& fit, const std::string& unit,
   const double expected = found->expected / runs;
   const bool differ = several && chi_squared_above(scatter / expected, freedom) <= kByChance;
   const double of_mean = std::max(expected, scatter / freedom) / runs;
-  // A zero of the displacement that several recordings share is the sensor's: sensor_offset. What
-  // friction makes along a motion to one side is a mean too.
-  const bool common = (found->of_force ? goes_both_ways(data) : !several) &&
-                      rests_at_zero(*fit.model, fit.theta) &&
+  // A zero of the displacement that several recordings share is the sensor's: sensor_offset.
+  const bool common = (found->of_force || !several) && rests_at_zero(*fit.model, fit.theta) &&
                       chi_squared_above(mean * mean / of_mean, 1.0) <= kByChance;
   if (!differ && !common) return {};
   const double variance = (differ ? scatter / freedom : 0.0) + (common ? mean * mean : 0.0);

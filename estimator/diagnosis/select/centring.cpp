@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "estimator/diagnosis/fit/internal/smoothing.hpp"
+#include "estimator/diagnosis/internal/motion_range.hpp"
 #include "estimator/diagnosis/score/internal/scoring.hpp"
 #include "estimator/diagnosis/select/internal/refits.hpp"
 #include "estimator/math/dense.hpp"
@@ -105,6 +106,10 @@ void Refits::centre(Hypothesis& h, std::size_t line) const {
   if (given == h.fit->spec.effects[line].constants.end()) return;
   const double difference = kDifference * std::fabs(given->second);
   double reach = kReach * std::fabs(given->second);
+  // Outside of the motion, a force that bends about its place of rest is nearly a constant: a preload, or
+  // friction along a motion to one side.
+  const MotionRange range = range_of(data_);
+  const double low = std::min(range.low, given->second), high = std::max(range.high, given->second);
   for (int round = 0; round < kRounds && std::isfinite(h.fit->chi_squared); ++round) {
     const HarmonicFit& now = *h.fit;
     const double place = now.spec.effects[line].constants.at("u0");
@@ -113,7 +118,8 @@ void Refits::centre(Hypothesis& h, std::size_t line) const {
     if (!std::isfinite(lower->chi_squared) || !std::isfinite(upper->chi_squared)) break;
     const auto step = step_of(now, *lower, *upper, 2.0 * difference, data_);
     if (!step || step->gain < kTrifle) break;
-    const double moved = std::clamp(step->place, -reach, reach);
+    const double moved =
+        std::clamp(place + std::clamp(step->place, -reach, reach), low, high) - place;
     std::vector<double> theta = now.theta;
     for (std::size_t k = 0; k < now.free.size(); ++k) {
       const auto parameter = static_cast<std::size_t>(now.free[k]);

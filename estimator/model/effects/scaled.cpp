@@ -49,15 +49,28 @@ ConstantInfo scaled(const ConstantInfo& info, const MotionScale& scale) {
   return own;
 }
 
+ParameterInfo with_start_inside(const ParameterInfo& info, const config::ParameterSpec& stated) {
+  constexpr double kRoom = 10.0;
+  ParameterInfo own = info;
+  if (!stated.start || info.unit == "-") return own;
+  const double start = *stated.start;
+  const bool small = start > 0.0 && start < info.lower,
+             negative = start < info.lower && info.lower < 0.0;
+  if (!stated.lower && (small || negative)) own.lower = small ? start / kRoom : start * kRoom;
+  if (!stated.upper && start > info.upper && info.upper > 0.0) own.upper = start * kRoom;
+  return own;
+}
+
 config::ModelSpec with_room(config::ModelSpec model, const MotionScale& scale) {
   for (config::EffectSpec& line : model.effects) {
     const Effect* effect = find_effect(line.effect);
     if (effect == nullptr || line.scale != MotionScale{}) continue;
     for (const ParameterInfo& info : effect->parameters()) {
-      const ParameterInfo own = scaled(*effect, info, scale);
       const std::string symbol(info.symbol);
       const auto said = line.parameters.find(symbol);
       const bool stated = said != line.parameters.end();
+      const ParameterInfo own = with_start_inside(scaled(*effect, info, scale),
+                                                  stated ? said->second : config::ParameterSpec());
       if (own.lower < info.lower && !(stated && said->second.lower))
         line.parameters[symbol].lower = own.lower;
       if (own.upper > info.upper && !(stated && said->second.upper))

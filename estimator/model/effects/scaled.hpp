@@ -13,6 +13,11 @@ ParameterInfo scaled(const Effect& effect, const ParameterInfo& info,
 // Widths only: another constant is a property, not a range.
 ConstantInfo scaled(const ConstantInfo& info, const config::MotionScale& scale);
 
+// The catalogue's bounds are those of a landing gear's damper per unit mass. Where the file states a start
+// beyond one of them and does not state that bound, the bound moves to ten times the start. A sign and a
+// number without a unit are physics: they stay.
+ParameterInfo with_start_inside(const ParameterInfo& info, const config::ParameterSpec& stated);
+
 // Widens the ranges that the model's file does not state to what motion of this scale may need: 0.1 m are no
 // range for the zero of a sensor in millivolts. No range gets narrower.
 config::ModelSpec with_room(config::ModelSpec model, const config::MotionScale& scale);

@@ -148,6 +148,39 @@ TEST(OwnZeroOfDynamometer, OfAMotionToOneSideMayBeFriction) {
   ASSERT_TRUE(d) << d.error().what;
   EXPECT_NE(d->verdict, Verdict::adequate);
   EXPECT_THAT(d->warnings, Not(Contains(HasSubstr("a zero of its own"))));
+  // Nor is it a spring whose place of rest the motion never reaches.
+  for (const NamedEffect& effect : d->effects) {
+    for (const ParameterEstimate& p : effect.parameters) {
+      EXPECT_TRUE(p.name != "u0" || (p.value >= -0.01 && p.value <= 0.37)) << p.value;
+    }
+  }
+}
+
+// A joint that turns at one speed in each run. The means of its runs are friction and damping.
+TEST(OwnZeroOfDynamometer, OfRunsAtOneSpeedEachIsFriction) {
+  constexpr double kRate = 200.0, kNoise = 0.02;
+  std::mt19937_64 source(11);
+  std::normal_distribution<double> noise(0.0, kNoise);
+  Campaign campaign;
+  for (const double speed : {0.1, 0.2, 0.35, 0.5, 0.8, 1.1}) {
+    Recording run;
+    run.name = "w" + std::to_string(campaign.runs.size());
+    run.kind = Kind::imposed_motion;
+    for (int i = 0; i < 1000; ++i) {
+      const double t = i / kRate;
+      const double v = speed * (1.0 + 0.1 * std::sin(5.0 * t));
+      run.t.push_back(t);
+      run.displacement.push_back(speed * (t - 0.02 * std::cos(5.0 * t)));
+      run.force.push_back(1.3 * std::tanh(v / 1e-4) + 0.76 * v + noise(source));
+    }
+    campaign.runs.push_back(std::move(run));
+  }
+  const auto d = diagnose(campaign, viscous());
+  ASSERT_TRUE(d) << d.error().what;
+  EXPECT_THAT(d->warnings, Not(Contains(HasSubstr("differ in their zero or preload"))));
+  ASSERT_FALSE(d->effects.empty());
+  EXPECT_EQ(d->effects[0].name, "coulomb_friction");
+  EXPECT_NEAR(d->effects[0].parameters.at(0).value, 1.3, 0.02);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -146,6 +147,29 @@ TEST(Scaled, WidensARangeThatIsNotStatedAndNoOther) {
   EXPECT_DOUBLE_EQ(wide.effects[1].parameters.at("b").upper.value(), 2.0);
   const auto small = with_room(model, {0.01, 0.01, 0.01});
   EXPECT_TRUE(small.effects[0].parameters.empty());
+}
+
+// 1 MN s/m beside a reference mass of 1 kg. A sign, a stated bound and a number without a unit stay.
+TEST(Scaled, MovesABoundThatIsNotStatedAwayFromAStatedStart) {
+  const auto bounds = [](const char* effect, const char* symbol, double start, auto&&... upper) {
+    config::ParameterSpec stated;
+    stated.start = start;
+    ((stated.upper = upper), ...);
+    const Effect* known = find_effect(effect);
+    for (const ParameterInfo& info : known->parameters()) {
+      if (info.symbol != symbol) continue;
+      const ParameterInfo own = with_start_inside(info, stated);
+      return std::pair(own.lower, own.upper);
+    }
+    return std::pair(0.0, 0.0);
+  };
+  EXPECT_EQ(bounds("viscous_damping", "c", 3e6), std::pair(0.0, 3e7));
+  EXPECT_EQ(bounds("viscous_damping", "c", 3.0), std::pair(0.0, 1e6));
+  EXPECT_EQ(bounds("viscous_damping", "c", -3.0), std::pair(0.0, 1e6));
+  EXPECT_EQ(bounds("viscous_damping", "c", 3e6, 5e5), std::pair(0.0, 1e6));
+  EXPECT_EQ(bounds("bouc_wen_hysteresis", "z0", 1e-6), std::pair(1e-7, 0.1));
+  EXPECT_EQ(bounds("bouc_wen_hysteresis", "n", 7.0), std::pair(1.0, 2.0));
+  EXPECT_EQ(bounds("one_sided_damping", "c_1", -2e6), std::pair(-2e7, 1e6));
 }
 
 }  // namespace
