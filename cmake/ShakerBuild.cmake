@@ -46,7 +46,7 @@ if(SHAKER_SANITIZE)
                       -fno-sanitize-recover=all)
   add_link_options(-fsanitize=${SHAKER_SANITIZE})
   if(CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
-    # -O2 for the rooms: 2 % more time to build, and a diagnosis takes 13 % less.
+    # Clang builds the rooms with -O2 in 2 % more time than with -O1, and a diagnosis takes 13 % less.
     add_compile_options(-O2 -fsanitize-ignorelist=${CMAKE_SOURCE_DIR}/cmake/not-ours.txt)
   endif()
 endif()

@@ -286,7 +286,7 @@ std::vector<RunDatum> without_constants(const HarmonicFit& fit, const std::vecto
 std::string let_zeros_differ(const HarmonicFit& fit, const std::string& unit,
                              std::vector<RunDatum>& data) {
   const auto found = means_of(fit, data);
-  // What friction makes along a motion to one side is a mean, too.
+  // Along a motion to one side friction makes a mean force.
   if (!found || (found->of_force && !goes_both_ways(data))) return {};
   const auto runs = static_cast<double>(found->left.size());
   const bool several = recordings_in(data) > 1;

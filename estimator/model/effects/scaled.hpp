@@ -14,8 +14,8 @@ ParameterInfo scaled(const Effect& effect, const ParameterInfo& info,
 ConstantInfo scaled(const ConstantInfo& info, const config::MotionScale& scale);
 
 // The catalogue's bounds are those of a landing gear's damper per unit mass. Where the file states a start
-// beyond one of them and does not state that bound, the bound moves to ten times the start. A sign and a
-// number without a unit are physics: they stay.
+// beyond one of them and does not state that bound, the bound moves beyond the start by a factor of ten. The
+// bounds of a sign and of a number without a unit are physics: they stay.
 ParameterInfo with_start_inside(const ParameterInfo& info, const config::ParameterSpec& stated);
 
 // Widens the ranges that the model's file does not state to what motion of this scale may need: 0.1 m are no

@@ -57,7 +57,7 @@ std::vector<RunDatum> without_constants(const HarmonicFit& fit, const std::vecto
 //  - The mean of all, where the model makes no force at rest in its zero: of forces, which a preload
 //    or the load cell's zero moves, and of a single recording of a displacement, whose zero is a
 //    choice of whoever recorded it.
-// Means of forces along a motion to one side stay visible: friction makes them too.
+// Means of forces stay visible if any recording goes to one side: friction makes them too.
 // Returns a sentence with each run's own mean; empty if neither is there. `unit`: unit of the
 // response.
 std::string let_zeros_differ(const HarmonicFit& fit, const std::string& unit,
