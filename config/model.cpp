@@ -159,6 +159,7 @@ EffectSpec read_effect(const Node& node, const std::string& pointer, Findings& f
       spec.constants.emplace(key, value);
     }
   }
+  reader.optional("in_series", spec.in_series);
   spec.sees = read_numbers(reader, findings, "sees");
   spec.acts = read_numbers(reader, findings, "acts");
   read_formula(reader, findings, spec);
@@ -306,6 +307,7 @@ std::string to_json_text(const ModelSpec& model) {
     }
     for (const auto& [key, value] : effect.constants)
       item["constants"][key] = value;
+    if (effect.in_series) item["in_series"] = true;
     if (!effect.sees.empty()) item["sees"] = effect.sees;
     if (!effect.acts.empty()) item["acts"] = effect.acts;
     if (effect.table) item["table"] = as_json(*effect.table);

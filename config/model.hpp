@@ -137,6 +137,9 @@ struct EffectSpec {
       borrows;                    ///< for each borrowed symbol the effect that has the parameter
   std::optional<PinTable> table;  ///< of tabulated_pin
   MotionScale scale;  ///< of the starts, bounds and widths that are not given above; not in a file
+  /// Of series_compliance: the joint is a part of the load path, as along an imposed motion, and not of
+  /// the measured stroke alone.
+  bool in_series = false;
 };
 
 /// The content of a model file.

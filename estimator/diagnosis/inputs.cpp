@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "estimator/diagnosis/records/internal/transient_run.hpp"
+#include "estimator/model/effects/catalogue.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {
@@ -143,7 +144,11 @@ Result<config::ModelSpec> with_run_values(config::ModelSpec model, const Campaig
 }
 
 config::ModelSpec with_references(config::ModelSpec model, const Campaign& campaign) {
+  const bool imposed = std::ranges::all_of(
+      campaign.runs, [](const Recording& run) { return run.kind == Kind::imposed_motion; });
   for (config::EffectSpec& line : model.effects) {
+    if (const Effect* effect = find_effect(line.effect); imposed && effect != nullptr)
+      line.in_series = effect != &effect->as_part_in_series();
     const std::string input(config::driven(line.effect).input);
     if (!input.empty() && !line.reference && all_state(campaign, input) &&
         mean_of(campaign, input) > 0.0)

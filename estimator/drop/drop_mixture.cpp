@@ -338,7 +338,7 @@ std::optional<DropConditions> zeroed_under_weight(const DamperHypothesis& measur
                                                   DropConditions conditions) {
   const auto& lines = measured.model.effects;
   const auto joint = std::find_if(lines.begin(), lines.end(), [](const auto& line) {
-    return line.effect == "series_compliance";
+    return line.effect == "series_compliance" && !line.in_series;
   });
   if (joint == lines.end()) return std::nullopt;
   const double stiffness =

@@ -6,16 +6,18 @@
 #include "estimator/drop/drop.hpp"
 #include "estimator/drop/falling_damper.hpp"
 #include "estimator/drop/internal/drop_curves.hpp"
+#include "estimator/model/effects/catalogue.hpp"
 #include "estimator/model/model_arrays.hpp"
 
 namespace shaker::estimator {
 namespace {
 
-// The accelerations of the coordinates at the points of a path, each times its mass in the first
-// equation.
-class InertiaAlongPath {
+// The balances of forces of a model at the points of a path.
+class BalancesAlongPath {
  public:
-  InertiaAlongPath(std::size_t points, const std::vector<double>& states) : points_(points) {
+  BalancesAlongPath(std::size_t points, const std::vector<double>& states,
+                    const StateEquations& equations, const std::vector<double>& theta)
+      : points_(points), equations_(equations), theta_(theta) {
     const std::size_t stride = (points + 7) / 8 * 8, m = states.size() / points;
     numbers_.assign(stride * (2 * m + 1), 0.0);
     for (std::size_t j = 0; j < m; ++j) {
@@ -24,31 +26,42 @@ class InertiaAlongPath {
       for (std::size_t i = 0; i < points; ++i)
         s_[j][i] = states[i * m + j];
     }
-    x_ = numbers_.data() + 2 * m * stride;
+    StateEquations::Workspace work;
+    known_ = equations.rates(static_cast<int>(points_), s_.data(), numbers_.data() + 2 * m * stride,
+                             theta.data(), work, rate_.data(), nullptr, nullptr);
   }
 
-  // Nothing where a point is inadmissible.
-  std::optional<std::vector<double>> of(const std::vector<double>& mass,
-                                        const StateEquations& equations,
-                                        const std::vector<double>& theta) {
-    StateEquations::Workspace work;
-    if (!equations.rates(static_cast<int>(points_), s_.data(), x_, theta.data(), work, rate_.data(),
-                         nullptr, nullptr))
-      return std::nullopt;
-    std::vector<double> inertia(points_, 0.0);
-    for (std::size_t e = 0; e < mass.size(); ++e) {
-      const int v = equations.velocity_of(static_cast<int>(e));
-      for (std::size_t i = 0; v >= 0 && i < points_; ++i)
-        inertia[i] += mass[e] * rate_[static_cast<std::size_t>(v)][i];
+  // Left sides of the equations of `model`, which has the same coordinates: one array each. Nothing
+  // where a point is inadmissible.
+  std::optional<std::vector<std::vector<double>>> of(const Model& model) const {
+    const int n = static_cast<int>(points_);
+    ModelArrays at;
+    at.shape(model, n);
+    for (int c = 0; c < model.coordinates(); ++c) {
+      const auto own = static_cast<std::size_t>(c);
+      const int v = equations_.velocity_of(c);
+      std::copy_n(s_[own], n, at.u[own]);
+      std::copy_n(speed(c), n, at.v[own]);
+      if (v >= 0) std::copy_n(rate_[static_cast<std::size_t>(v)], n, at.a[own]);
     }
-    return inertia;
+    if (!known_ || !at.evaluate(model, n, theta_.data())) return std::nullopt;
+    std::vector<std::vector<double>> left;
+    for (const double* g : at.g)
+      left.emplace_back(g, g + n);
+    return left;
+  }
+  const double* speed(int coordinate) const {
+    const int v = equations_.velocity_of(coordinate);
+    return v >= 0 ? s_[static_cast<std::size_t>(v)] : rate_[static_cast<std::size_t>(coordinate)];
   }
 
  private:
   std::size_t points_;
+  const StateEquations& equations_;
+  const std::vector<double>& theta_;
   AlignedVector numbers_;
   std::vector<double*> s_, rate_;
-  double* x_ = nullptr;
+  bool known_ = false;
 };
 
 // A line with its force, but not in the balance of forces.
@@ -64,6 +77,75 @@ config::ModelSpec without_force_of(config::ModelSpec spec, std::size_t line) {
 bool sees_stroke(const config::EffectSpec& line, int observed) {
   const auto at = static_cast<std::size_t>(observed);
   return line.sees.empty() || (at < line.sees.size() && line.sees[at] != 0.0);
+}
+
+bool in_series(const config::EffectSpec& line) {
+  const Effect* effect = find_effect(line);
+  return effect != nullptr && effect->in_series();
+}
+
+// The damper's own stroke behind a part in series; -1: there is none.
+int own_stroke_of(const Model& model) {
+  for (int c = 1; c < model.coordinates(); ++c) {
+    if (model.coordinate_name(c).ends_with(".damper")) return c;
+  }
+  return -1;
+}
+
+// What the balances of a model differ by from those without a line: its force.
+std::vector<double> force_in(const std::vector<double>& with, const std::vector<double>& without,
+                             double factor) {
+  std::vector<double> force(with.size());
+  for (std::size_t i = 0; i < force.size(); ++i)
+    force[i] = factor * (with[i] - without[i]);
+  return force;
+}
+
+void add(std::vector<double>& sum, const std::vector<double>& more) {
+  sum.resize(more.size(), 0.0);
+  for (std::size_t i = 0; i < more.size(); ++i)
+    sum[i] += more[i];
+}
+
+// The lines' loads, and their energies in place of shares. Behind a part in series the damper has a
+// stroke and a balance of its own.
+std::vector<EffectShare> loads_of_lines(const config::ModelSpec& spec, const Model& model,
+                                        const BalancesAlongPath& path, const DropHistory& h,
+                                        std::size_t end) {
+  const int own = own_stroke_of(model);
+  const auto joint = std::ranges::find_if(spec.effects, in_series);
+  const double acts =
+      joint == spec.effects.end() || joint->acts.empty() ? 1.0 : joint->acts.front();
+  std::vector<double> own_speed, transmitted;
+  if (own >= 0) own_speed.assign(path.speed(own), path.speed(own) + h.t.size());
+  const auto with = path.of(model);
+  const auto kinds = line_kinds(spec);
+  std::vector<EffectShare> shares;
+  for (std::size_t line = 0; with && line < kinds.size(); ++line) {
+    const config::EffectSpec& effect = spec.effects[line];
+    if (kinds[line] != LineKind::load || !sees_stroke(effect, model.observed()) ||
+        in_series(effect))
+      continue;
+    const auto without = path.of(Model(without_force_of(spec, line)));
+    if (!without) continue;
+    std::vector<double> load = force_in((*with)[0], (*without)[0], 1.0);
+    double energy = work_between(h.t, load, h.speed, 0, end);
+    if (own >= 0) {
+      const auto at = static_cast<std::size_t>(own);
+      const std::vector<double> behind = force_in((*with)[at], (*without)[at], acts);
+      energy += work_between(h.t, behind, own_speed, 0, end);
+      add(load, behind);
+      add(transmitted, behind);
+    }
+    shares.push_back({effect.effect, std::move(load), 0.0, energy});
+  }
+  if (transmitted.empty()) return shares;
+  std::vector<double> yielding = h.speed;
+  for (std::size_t i = 0; i < yielding.size(); ++i)
+    yielding[i] -= own_speed[i];
+  const double energy = work_between(h.t, transmitted, yielding, 0, end);
+  shares.push_back({joint->effect, std::move(transmitted), 0.0, energy});
+  return shares;
 }
 
 struct Family {
@@ -112,26 +194,13 @@ Result<DropShares> DropTest::shares(const std::vector<double>& theta) const {
   const std::size_t end = peak.before + 1;
   const auto largest =
       static_cast<std::size_t>(std::max_element(h.load.begin(), h.load.end()) - h.load.begin());
-  InertiaAlongPath path(h.t.size(), motion->states);
-  const auto with = path.of(mass_, equations_, theta);
+  const BalancesAlongPath path(h.t.size(), motion->states, equations_, theta);
   DropShares out;
+  out.effects = loads_of_lines(spec_, model_, path, h, end);
   double strut = 0.0;
-  const auto kinds = line_kinds(spec_);
-  for (std::size_t line = 0; with && line < kinds.size(); ++line) {
-    if (kinds[line] != LineKind::load || !sees_stroke(spec_.effects[line], model_.observed()))
-      continue;
-    const Model model(without_force_of(spec_, line));
-    const StateEquations equations(model, forces_of(model, lift_));
-    const auto without = path.of(mass_, equations, theta);
-    if (!without) continue;
-    EffectShare share;
-    share.effect = spec_.effects[line].effect;
-    for (std::size_t i = 0; i < h.t.size(); ++i)
-      share.load.push_back((*without)[i] - (*with)[i]);
+  for (EffectShare& share : out.effects) {
     share.of_peak_load = share.load[largest] / h.load[largest];
-    share.of_energy = work_between(h.t, share.load, h.speed, 0, end);
     strut += share.of_energy;
-    out.effects.push_back(std::move(share));
   }
   for (EffectShare& share : out.effects)
     share.of_energy /= strut;

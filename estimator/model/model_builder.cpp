@@ -113,7 +113,7 @@ void ModelBuilder::read_coordinates() {
 void ModelBuilder::add_effect(const config::EffectSpec& spec, std::size_t index) {
   const auto place = fmt::format("/effects/{}", index);
   const Effect* effect = spec.table             ? table_effect(spec, place)
-                         : spec.formula.empty() ? find_effect(spec.effect)
+                         : spec.formula.empty() ? find_effect(spec)
                                                 : own_effect(spec, place);
   if (effect == nullptr)
     reject(fmt::format("{}: there is no effect '{}'; there are {}", place, spec.effect,
@@ -121,6 +121,8 @@ void ModelBuilder::add_effect(const config::EffectSpec& spec, std::size_t index)
   if (effect == &tabulated_pin())
     reject(fmt::format("{}: {} wants a \"table\" with the strokes of its {} to {} knots", place,
                        spec.effect, config::kFewestKnots, config::kMostKnots));
+  if (spec.in_series && !effect->in_series())
+    reject(fmt::format("{}/in_series: {} is no part in series; leave it out", place, spec.effect));
   Model::Term term;
   term.effect = effect;
   term.first_parameter = model_.parameter_count();
@@ -337,8 +339,7 @@ void ModelBuilder::add_series_coordinate() {
   model_.order_.push_back(1);
   model_.rest_.push_back(0.0);
   model_.coordinate_names_.push_back(std::string(series->effect->name()) + ".damper");
-  const auto sees = series->sees;
-  const auto acts = series->acts;
+  const auto sees = series->sees, acts = series->acts;
   for (Model::Term& term : model_.terms_) {
     const bool carried =
         &term != &*series && term.effect->carries_load() && term.sees == sees && term.acts == acts;
@@ -364,10 +365,9 @@ void ModelBuilder::add_internal_coordinates() {
       model_.coordinate_names_.push_back(fmt::format("{}.{}", term.effect->name(), info.symbol));
     }
   }
-  const std::size_t s = model_.order_.size();
   for (Model::Term& term : model_.terms_) {
-    term.sees.resize(s, 0.0);
-    term.acts.resize(s, 0.0);
+    term.sees.resize(model_.order_.size(), 0.0);
+    term.acts.resize(model_.order_.size(), 0.0);
   }
 }
 

@@ -67,6 +67,7 @@ TEST(Model, SurvivesBeingWrittenAndReadAgain) {
   gas.constants = {{"u0", 0.25}};
   gas.sees = {1, -1};
   gas.acts = {0.5, 0};
+  gas.in_series = true;
   EffectSpec gravity;
   gravity.effect = "gravity";
   gravity.sees = {1, 0};
@@ -98,6 +99,8 @@ TEST(Model, SurvivesBeingWrittenAndReadAgain) {
   EXPECT_EQ(again->effects[0].constants.at("u0"), 0.25);
   EXPECT_EQ(again->effects[0].sees, gas.sees);
   EXPECT_EQ(again->effects[0].acts, gas.acts);
+  EXPECT_TRUE(again->effects[0].in_series);
+  EXPECT_FALSE(again->effects[1].in_series);
   EXPECT_EQ(again->coordinates, model.coordinates);
   EXPECT_EQ(again->mass, model.mass);
   EXPECT_EQ(again->excitation, model.excitation);

@@ -16,8 +16,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr int kMaxMotionSteps = 60;
-constexpr double kDifference = 1e-4;    // of the motion, for slopes over it
-constexpr int kStepsBetweenPoints = 2;  // steps of an integration between two points
+constexpr double kDifference = 1e-4;  // of the motion, for slopes over it
 
 }  // namespace
 
@@ -41,12 +40,8 @@ ImposedMotion::ImposedMotion(const Model& model, double frequency_hz, const Vect
   force_.resize(n_);
   slope_.resize(n_, p_);
   if (parts_in_series(model)) {
-    const int steps = kStepsBetweenPoints * n_;
     integrator_ = std::make_unique<MotionIntegrator>(
-        model,
-        Motion{1.0 / (frequency_ * steps), synthesised(motion, steps), synthesised(rate, steps),
-               synthesised(acceleration, steps), VectorXd(), true},
-        false);
+        model, Motion{1.0 / (frequency_ * n_), u_, v_, a_, VectorXd(), true}, false);
     return;
   }
   at_.shape(model, n_);
@@ -149,10 +144,8 @@ bool ImposedMotion::at(std::span<const double> theta, bool slopes) {
   theta_.assign(theta.begin(), theta.end());
   if (integrator_) {
     if (!integrator_->at(theta, slopes)) return false;
-    for (int i = 0; i < n_; ++i) {
-      force_[i] = integrator_->force()[kStepsBetweenPoints * i];
-      if (slopes) slope_.row(i) = integrator_->slope().row(kStepsBetweenPoints * i);
-    }
+    force_ = integrator_->force();
+    if (slopes) slope_ = integrator_->slope();
     return true;
   }
   if (memory_ > 0 ? !solve_memory(theta) : !evaluate(theta)) return false;

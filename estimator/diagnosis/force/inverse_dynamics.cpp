@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 
 #include "estimator/diagnosis/cycles/harmonics.hpp"
-#include "estimator/diagnosis/fit/internal/imposed_motion_bdf2.hpp"
+#include "estimator/diagnosis/fit/internal/motion_integrator.hpp"
 #include "estimator/diagnosis/records/internal/transient_run.hpp"
 
 namespace shaker::estimator::diagnosis {

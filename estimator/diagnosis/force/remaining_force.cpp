@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 #include "estimator/diagnosis/cycles/harmonics.hpp"
-#include "estimator/diagnosis/fit/internal/imposed_motion_bdf2.hpp"
+#include "estimator/diagnosis/fit/internal/motion_integrator.hpp"
 #include "estimator/diagnosis/force/internal/remaining_words.hpp"
 #include "estimator/diagnosis/noise/internal/transient.hpp"
 #include "estimator/diagnosis/records/internal/transient_cosines.hpp"

@@ -29,7 +29,8 @@ Campaign with_common_conditions(const Campaign& campaign, const config::ModelSpe
 // group.
 Result<config::ModelSpec> with_run_values(config::ModelSpec model, const Campaign& campaign);
 // States the reference of each parameter that goes with a condition of all runs: their mean, where
-// the file states none. Returns the model otherwise as it is.
+// the file states none; and that a joint is in series, where all motions are imposed. Returns the
+// model otherwise as it is.
 config::ModelSpec with_references(config::ModelSpec model, const Campaign& campaign);
 
 }  // namespace shaker::estimator::diagnosis

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "estimator/diagnosis/cycles/harmonics.hpp"
-#include "estimator/diagnosis/fit/internal/imposed_motion_bdf2.hpp"
+#include "estimator/diagnosis/fit/internal/motion_integrator.hpp"
 #include "estimator/model/model_arrays.hpp"
 
 namespace shaker::estimator::diagnosis {

@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "estimator/diagnosis/fit/internal/imposed_motion_bdf2.hpp"
+#include "estimator/diagnosis/fit/internal/motion_integrator.hpp"
 #include "estimator/diagnosis/noise/internal/first_fit.hpp"
 #include "estimator/diagnosis/noise/internal/wrong_unit.hpp"
 #include "estimator/diagnosis/records/internal/transient_cosines.hpp"

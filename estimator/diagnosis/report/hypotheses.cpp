@@ -11,6 +11,7 @@
 #include "estimator/diagnosis/fit/internal/smoothing.hpp"
 #include "estimator/diagnosis/force/internal/remaining_force.hpp"
 #include "estimator/diagnosis/noise/internal/above_noise.hpp"
+#include "estimator/diagnosis/records/internal/transient_run.hpp"
 #include "estimator/diagnosis/report/internal/estimates.hpp"
 #include "estimator/diagnosis/select/internal/centring.hpp"
 #include "estimator/model/effects/scaled.hpp"
@@ -26,7 +27,7 @@ constexpr std::size_t kMostHypotheses = 8;   // that are kept
 constexpr double kMostImitated = 0.95;       // of an effect, by the parameters
 constexpr double kLeastUnnamed = 0.02;       // of probability: no campaign rules it out
 constexpr int kVisitedCells = 24;            // of the stroke and of the velocity
-constexpr double kLeastUnnamedForce = 1e-9;  // of the motion's acceleration
+constexpr double kLeastUnnamedForce = 1e-9;  // of the force
 
 // The free parameters as numbers of the damper. The values of a parameter per run or group are one
 // number, their mean.
@@ -167,20 +168,24 @@ std::vector<VisitedCell> visited_by(const std::vector<RunCurves>& curves) {
   return out;
 }
 
-// The acceleration of the measured motion, root mean square over the runs.
-double acceleration_in(const std::vector<RunDatum>& data) {
-  double sum = 0.0, count = 0.0;
-  for (const RunDatum& datum : data) {
-    if (datum.sampled || datum.kind != Kind::periodic) continue;
-    const Eigen::VectorXd rate = derivative(datum.response, datum.frequency_hz);
-    sum += std::pow(root_mean_square(derivative(rate, datum.frequency_hz)), 2);
-    count += 1.0;
-  }
-  return count > 0.0 ? std::sqrt(sum / count) : 0.0;
+// What is compared, if that is a force, else the acceleration of the measured motion.
+double force_in(const RunDatum& datum) {
+  if (datum.kind == Kind::imposed_motion || datum.by_force) return motion_in(datum);
+  if (datum.sampled) return std::sqrt(datum.sampled->a.array().square().mean());
+  const Eigen::VectorXd rate = derivative(datum.response, datum.frequency_hz);
+  return root_mean_square(derivative(rate, datum.frequency_hz));
+}
+
+// Root mean square over the runs.
+double force_in(const std::vector<RunDatum>& data) {
+  double sum = 0.0;
+  for (const RunDatum& datum : data)
+    sum += std::pow(force_in(datum), 2);
+  return std::sqrt(sum / std::max(1.0, static_cast<double>(data.size())));
 }
 
 // The force that noise could hide, or that is left: the gap's share of the motion is taken as that
-// of the acceleration.
+// of the force.
 double unnamed_force(const std::vector<RunDatum>& data, const Diagnosis& said) {
   double motion = 0.0, count = 0.0;
   for (const RunDatum& datum : data) {
@@ -191,7 +196,7 @@ double unnamed_force(const std::vector<RunDatum>& data, const Diagnosis& said) {
   motion = std::sqrt(motion / std::max(1.0, count));
   const double left = std::max(said.gap.after, said.gap.noise_floor);
   const double share = motion > 0.0 ? left / motion : 0.0;
-  return std::max(share, kLeastUnnamedForce) * acceleration_in(data);
+  return std::max(share, kLeastUnnamedForce) * force_in(data);
 }
 
 std::vector<VisitedCell> cells_of(const RemainingForce& remaining) {

@@ -70,6 +70,7 @@ std::vector<Probe> probes_of(const Effect& effect, const MotionRange& range) {
   Probe plain;
   plain.line.effect = std::string(effect.name());
   plain.line.scale = scale_of(range);
+  plain.line.in_series = find_effect(effect.name()) != &effect;
   if (&effect == &tabulated_pin()) plain.line.table = {linear(range.low, range.high, kKnots), {}};
   std::vector<ParameterInfo> shapes;
   for (const ParameterInfo& stated : effect.parameters()) {
@@ -86,7 +87,7 @@ std::vector<Probe> probes_of(const Effect& effect, const MotionRange& range) {
   // Of two shapes without a coefficient only what matters most is varied: each probe is a solution
   // of its own. So it is of a part in series.
   const bool first_only = effect.in_series() || (plain.coefficients.empty() && shapes.size() == 2);
-  const int count = shapes.size() == 1 || (first_only && !effect.in_series()) ? 5 : 3;
+  const int count = (shapes.size() == 1 || first_only) && !effect.in_series() ? 5 : 3;
   for (const ParameterInfo& shape : shapes) {
     auto values = grid(shape, range, count);
     const bool dear = first_only && &shape != shapes.data();
@@ -221,6 +222,7 @@ std::string why_not(const Effect& effect, const config::ModelSpec& base, Kind ki
     return "it is read from the records, not fitted, and they do not show it";
   if (kind == Kind::imposed_motion && !imposable(effect))
     return std::string(why_not_imposed(effect));
+  if (effect.in_series() && has_part_in_series(base)) return std::string(kOnePartInSeries);
   if (misplaced) return std::string(path == nullptr ? kNoPlace : kOtherPlace);
   if (const auto lender = missing_lender(effect, base, path); !lender.empty())
     return fmt::format("it changes {}, which the model does not hold", lender);
@@ -251,6 +253,13 @@ Candidate driven_by(const DrivingInput& input, Candidate candidate) {
 
 }  // namespace
 
+bool has_part_in_series(const config::ModelSpec& model) {
+  return std::ranges::any_of(model.effects, [](const config::EffectSpec& line) {
+    const Effect* effect = find_effect(line);
+    return effect != nullptr && effect->in_series();
+  });
+}
+
 config::MotionScale scale_of(const MotionRange& range) {
   const double length = 0.5 * (range.high - range.low);
   if (!(length > 0.0 && range.speed > 0.0 && range.force > 0.0)) return {};
@@ -276,7 +285,8 @@ Catalogue candidates(const config::ModelSpec& base, const MotionRange& range, Ki
     }
     return candidate;
   };
-  for (const Effect* effect : catalogue()) {
+  for (const Effect* known : catalogue()) {
+    const Effect* effect = range.imposed ? &known->as_part_in_series() : known;
     std::string reason = why_not(*effect, base, kind, path);
     if (reason.empty()) {
       all.tried.push_back(candidate_of(*effect));

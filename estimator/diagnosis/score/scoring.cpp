@@ -84,7 +84,7 @@ int points_for(const Model& model, const HarmonicFit& fit, const FitOptions& opt
 // Along an imposed motion the forces of effects add up: an effect that shares nothing with the
 // others adds the same force to each model.
 bool adds_its_own(const HarmonicFit& fit, const std::vector<RunDatum>& data, const Probe& probe) {
-  const Effect* effect = find_effect(probe.line.effect);
+  const Effect* effect = find_effect(probe.line);
   if (effect == nullptr || effect->group() != Group::damper || effect->in_series() ||
       effect->sees_excitation() || !effect->borrows().empty())
     return false;
@@ -310,14 +310,9 @@ MatrixXd stacked_jacobian(const HarmonicFit& fit, const std::vector<RunDatum>& d
 
 Signatures signatures_of(const HarmonicFit& fit, const std::vector<RunDatum>& data,
                          const Probe& probe, const FitOptions& options, const Probed* near) {
-  // A load path has one play.
-  const auto same = [&](const config::EffectSpec& line) {
-    return line.effect == probe.line.effect;
-  };
-  if (const Effect* effect = find_effect(probe.line.effect);
-      effect != nullptr && effect->in_series() &&
-      std::any_of(fit.spec.effects.begin(), fit.spec.effects.end(), same))
-    return {{}, "the model has one in its load path already", false, {}};
+  if (const Effect* effect = find_effect(probe.line);
+      effect != nullptr && effect->in_series() && has_part_in_series(fit.spec))
+    return {{}, std::string(kOnePartInSeries), false, {}};
   const bool own = adds_its_own(fit, data, probe);
   if (own && near != nullptr && are_known(near->changes, data))
     return {less_clock(stacked(near->changes, data), data), {}, false, {}};

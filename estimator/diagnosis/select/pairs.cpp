@@ -23,6 +23,15 @@ bool may_pair(const Scoring& scoring, std::size_t k) {
          simpler_than(scoring.scores[k].candidate->name()).empty();
 }
 
+// A load path has one part in series.
+bool share_the_load_path(const Scoring& scoring, std::size_t i, std::size_t k) {
+  const auto in_series = [&](std::size_t of) {
+    const Effect* effect = scoring.scores[of].candidate->effect;
+    return effect != nullptr && effect->in_series();
+  };
+  return in_series(i) && in_series(k);
+}
+
 std::string kind_or_name(const std::string& effect) {
   const EffectKind* kind = kind_of(effect);
   return kind != nullptr ? std::string(kind->name) : effect;
@@ -42,7 +51,7 @@ std::vector<PairScore> joint_scores(const Scoring& scoring, double chance) {
       const Signature& b = scoring.design.signatures[k];
       const std::string& one = scoring.scores[i].candidate->name();
       const std::string& other = scoring.scores[k].candidate->name();
-      if (one == other || !may_pair(scoring, k)) continue;
+      if (one == other || !may_pair(scoring, k) || share_the_load_path(scoring, i, k)) continue;
       const double alike = a.direction.dot(b.direction), own = 1.0 - alike * alike;
       if (own < kLeastOwn) continue;
       const double of_a = (along[i] - alike * along[k]) / own;

@@ -66,4 +66,9 @@ const Effect* find_effect(std::string_view name) {
   return nullptr;
 }
 
+const Effect* find_effect(const config::EffectSpec& line) {
+  const Effect* effect = find_effect(line.effect);
+  return effect != nullptr && line.in_series ? &effect->as_part_in_series() : effect;
+}
+
 }  // namespace shaker::estimator

@@ -7,6 +7,10 @@
 
 #include "estimator/model/effects/effect.hpp"
 
+namespace shaker::config {
+struct EffectSpec;
+}
+
 namespace shaker::estimator {
 
 /// \return all effects, in a fixed order; they live as long as the program
@@ -16,6 +20,10 @@ std::span<const Effect* const> catalogue();
 /// \param name name of the effect in model files
 /// \return the effect, or nullptr if none has that name
 const Effect* find_effect(std::string_view name);
+/// Finds the effect of a line of a model.
+/// \param line of a model file
+/// \return the effect, as a part in series if the line says so, or nullptr if none has that name
+const Effect* find_effect(const config::EffectSpec& line);
 
 /// The effect of the damper with this name: one function for each file.
 /// \return the only instance, which lives as long as the program

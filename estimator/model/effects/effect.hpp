@@ -178,6 +178,9 @@ class Effect {
   virtual const Instrument* instrument() const { return nullptr; }
   /// \return true if it is between damper and mass, so that it transmits all loads
   virtual bool in_series() const { return false; }
+  /// \return the same as a part in series, of the same name and parameters, if that is another effect:
+  ///   a joint within the measured length, along an imposed motion
+  virtual const Effect& as_part_in_series() const { return *this; }
 
   /// Adds the effect at the points `at`. Neither allocates nor throws.
   /// \param at n points

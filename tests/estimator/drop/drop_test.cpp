@@ -114,6 +114,37 @@ TEST(Drop, ATyreThatADiagnosisNamesFallsOnTheGround) {
   EXPECT_NEAR(shares->energy_residual, 0.0, 1e-6);
 }
 
+// Behind a part in series the damper has a stroke of its own: its effects carry the load that the joint
+// transmits, and the joint keeps what it is bent by.
+TEST(Drop, SharesOfADamperBehindAJointCloseTheBalance) {
+  for (const bool play : {false, true}) {
+    auto spec = oleo();
+    config::EffectSpec joint;
+    joint.effect = play ? "free_play" : "series_compliance";
+    joint.in_series = !play;
+    spec.effects.push_back(joint);
+    spec.effects.push_back(effect("viscous_damping"));
+    std::vector<double> theta = {16.7, 1.5, 5.3, 1.0};
+    for (const double more :
+         play ? std::vector<double>{1e-3, 3000.0, 5.0} : std::vector{3000.0, 5.0})
+      theta.push_back(more);
+    const DropTest test(spec, {3.0, 0.3, 1.5, -1});
+    const auto run = test.run(theta, false);
+    const auto shares = test.shares(theta);
+    ASSERT_TRUE(run.ok()) << run.error().what;
+    ASSERT_TRUE(shares.ok()) << shares.error().what;
+    EXPECT_NEAR(shares->energy_residual, 0.0, 1e-5) << joint.effect;
+    ASSERT_EQ(shares->effects.size(), 4U);
+    double sum = 0.0;
+    for (const EffectShare& share : shares->effects)
+      sum += share.effect == joint.effect ? 0.0 : share.of_peak_load;
+    EXPECT_NEAR(sum, 1.0, 1e-6);
+    EXPECT_EQ(shares->effects.back().effect, joint.effect);
+    EXPECT_NEAR(shares->effects.back().of_peak_load, 1.0, 1e-6);
+    EXPECT_GT(shares->effects.back().of_energy, 1e-3);
+  }
+}
+
 TEST(Drop, BandsByDeltaMethodAndSamplingAgreeWhereTheyAreNarrow) {
   const DropTest test(in_feet(), {10.0, 0.0, 1.0, -1});
   DropUncertainty uncertainty;

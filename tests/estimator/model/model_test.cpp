@@ -70,5 +70,22 @@ TEST(Model, RefusesUnknownParametersContradictoryBoundsAndStartsOutside) {
   EXPECT_THAT(refusal(spec), HasSubstr("at least one effect"));
 }
 
+TEST(Model, HasOnePartInSeriesAndNoOtherEffectThere) {
+  auto joint = testing::effect("series_compliance");
+  joint.in_series = true;
+  const Model model(testing::model_of({testing::effect("viscous_damping"), joint}));
+  EXPECT_EQ(model.coordinates(), 2);
+  joint.in_series = false;
+  EXPECT_EQ(Model(testing::model_of({testing::effect("viscous_damping"), joint})).coordinates(), 1);
+  joint.in_series = true;
+  EXPECT_THAT(refusal(testing::model_of(
+                  {testing::effect("viscous_damping"), testing::effect("free_play"), joint})),
+              HasSubstr("a load path has one"));
+  auto spec = testing::oleo();
+  spec.effects[0].in_series = true;
+  EXPECT_THAT(refusal(spec),
+              HasSubstr("/effects/0/in_series: orifice_damping is no part in series"));
+}
+
 }  // namespace
 }  // namespace shaker::estimator

@@ -13,8 +13,8 @@
 
 #include <Eigen/Dense>
 
-#include "estimator/diagnosis/fit/internal/imposed_motion_bdf2.hpp"
 #include "estimator/diagnosis/fit/internal/memory_ring.hpp"
+#include "estimator/diagnosis/fit/internal/motion_integrator.hpp"
 #include "estimator/model/model.hpp"
 #include "estimator/model/model_arrays.hpp"
 

@@ -12,7 +12,7 @@
 
 #include "estimator/diagnosis/cycles/harmonics.hpp"
 #include "estimator/diagnosis/fit/internal/imposed_motion.hpp"
-#include "estimator/diagnosis/fit/internal/imposed_motion_bdf2.hpp"
+#include "estimator/diagnosis/fit/internal/motion_integrator.hpp"
 #include "estimator/diagnosis/fit/internal/periodic_response.hpp"
 #include "estimator/diagnosis/fit/internal/transient_response.hpp"
 #include "estimator/diagnosis/internal/run_datum.hpp"

@@ -4,7 +4,7 @@
 // The response is compared, by time integration (transient_response.hpp), with one exception. If no
 // force of the model depends on the stroke (a mass with friction, a positioning axis), a simulation
 // drifts away from the truth whatever is missing. Then, and if the motion is imposed, the forces
-// along the measured motion are compared (imposed_motion_bdf2.hpp).
+// along the measured motion are compared (motion_integrator.hpp).
 #pragma once
 
 #include <set>

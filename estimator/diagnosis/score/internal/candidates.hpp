@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "config/model.hpp"
@@ -45,6 +46,11 @@ struct MotionRange {
 
 // By what the motion differs in size from that for which the catalogue's numbers are meant.
 config::MotionScale scale_of(const MotionRange& range);
+
+// True if the load path holds a part in series: it has at most one.
+bool has_part_in_series(const config::ModelSpec& model);
+constexpr std::string_view kOnePartInSeries =
+    "the model has a play or a joint in its load path already";
 
 // Returns the candidates. For an imposed motion these are effects of the damper only: there is no
 // excitation, and the motion is not predicted. In a model of several coordinates an effect of the

@@ -1,7 +1,8 @@
 // The force of a model along an imposed motion, given at even steps. The memory of the effects is
-// integrated in time, from rest at the first step, by the second backward difference formula
-// (BDF2), which damps stiff modes. For motions without a period, and for load paths with play,
-// which have no smooth solution over a cycle. Of a motion with a period, the force is that of the
+// integrated in time, from rest at the first step, by the third backward difference formula (BDF3),
+// which damps stiff modes. For motions without a period, and for load paths with a part in series:
+// with play they have no smooth solution over a cycle. What is in series moves faster than the
+// motion, and is integrated in half steps. Of a motion with a period, the force is that of the
 // second cycle. That is integrated until it repeats the first.
 //
 // Steps are solved in blocks, by Newton's method for all steps of a block: its points are evaluated
@@ -9,6 +10,7 @@
 // by step.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <span>
 #include <string>
@@ -29,6 +31,10 @@ struct Motion {
   bool periodic = false;       // one whole cycle
 };
 
+// The motion at twice as many steps: every other one is of `motion`, those between are of the
+// polynomial of fifth degree through both neighbours, and the last lies half a step beyond.
+Motion halved(const Motion& motion);
+
 // True if parts of the model's load path are in series: some coordinate is the damper's own stroke
 // behind a play.
 bool parts_in_series(const Model& model);
@@ -48,7 +54,6 @@ class MotionIntegrator {
   bool at(std::span<const double> theta, bool slopes = true);
   const Eigen::VectorXd& force() const { return force_; }  // of the first equation, x included
   const Eigen::MatrixXd& slope() const { return slope_; }  // over theta
-  const Motion& motion() const { return motion_; }
   // Sets the budget that pays for the work. Null: no limit.
   void spend(std::shared_ptr<EvaluationBudget> budget) { budget_ = std::move(budget); }
   // Starts the search from the courses of another integrator for the same or a nearby motion, for
@@ -58,10 +63,11 @@ class MotionIntegrator {
   void begin_from(const std::string& coordinate, const Eigen::VectorXd& cycle);
 
  private:
-  static constexpr int kBlock = 32;  // steps; more do not fit into the fastest memory
-  // Factors of w now, at the last step and at the one before it, in the rate w'.
+  static constexpr int kHistory = 3;  // steps before, that a rate is made of
+  static constexpr int kBlock = 32;   // steps; more do not fit into the fastest memory
+  // Factors of w now and one, two and three steps before, in the rate w'.
   struct Difference {
-    double now = 0.0, last = 0.0, before = 0.0;
+    double now = 0.0, one = 0.0, two = 0.0, three = 0.0;
   };
   Difference difference_at(int row) const;
   void load_motion(ModelArrays& arrays, int point, int row) const;
@@ -76,6 +82,7 @@ class MotionIntegrator {
   void begun(int coordinate);
   void predict(std::span<const double> theta);
   bool march(std::span<const double> theta);
+  void guess(int first, int last);
   bool move_all(int& first, int last);
   bool move_one(int& first, int last);
   void correct(int& first, int last, std::span<const double> theta);
@@ -86,9 +93,10 @@ class MotionIntegrator {
 
   const Model* model_;
   std::shared_ptr<EvaluationBudget> budget_;
-  Motion motion_;
+  int steps_between_;  // steps from one point of the motion that was given to the next
+  Motion motion_;      // at all steps
   bool inertia_;
-  int n_, s_, p_, q_;      // q: coordinates that are carried along
+  int n_, s_, p_, q_;      // n: steps of motion_; q: coordinates that are carried along
   int rows_, marched_;     // steps of all cycles; those until a cycle repeats the one before
   Eigen::VectorXd first_;  // of what is carried along
   Eigen::VectorXd force_;
@@ -101,12 +109,12 @@ class MotionIntegrator {
     Eigen::VectorXd h, trial, trial_h, move;
     std::vector<double> slope;  // q x q
   } step_;
-  std::vector<double> moves_;  // of a block's Newton iteration, at three steps
+  std::vector<double> moves_;  // of a block's Newton iteration, at four steps
   struct Bends {               // derivatives of w over theta, q x p, row after row
-    Eigen::VectorXd now, before, earlier, history;
-    Eigen::MatrixXd cycle;                     // one column for each step of a cycle
-    Eigen::VectorXd size;                      // the largest of each
-    double change = 0.0, change_before = 0.0;  // from cycle to cycle, of the last two steps
+    Eigen::VectorXd now, one, two, three, history;
+    Eigen::MatrixXd cycle;                   // one column for each step of a cycle
+    Eigen::VectorXd size;                    // the largest of each
+    std::array<double, kHistory> changes{};  // from cycle to cycle, of the last steps
   } bends_;
   ModelArrays one_, block_;  // for one point, and for those of a block
 };

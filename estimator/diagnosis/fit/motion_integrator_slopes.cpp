@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estimator/diagnosis/fit/internal/imposed_motion_bdf2.hpp"
+#include "estimator/diagnosis/fit/internal/motion_integrator.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {
@@ -16,19 +16,20 @@ constexpr double kBendsRepeated = 1e-8;  // of a derivative, from cycle to cycle
 // Carries w's derivatives over theta along a block, from the derivatives of the model at its
 // points, and adds what they do to the force.
 void MotionIntegrator::carry_slopes(int first, int last) {
-  auto& [now, before, earlier, history, cycle, size, change, change_before] = bends_;
+  auto& [now, one, two, three, history, cycle, size, changes] = bends_;
   const int all = q_ * p_;
   if (first == 0) {
-    now = before = earlier = history = VectorXd::Zero(all);
+    now = one = two = three = history = VectorXd::Zero(all);
     cycle.setZero(all, n_);
     size = VectorXd::Constant(all, 1e-300);
   }
   for (int row = std::max(first, 1); row < last; ++row) {
     const int i = row - first, at = row % n_;
     const Difference rate = difference_at(row);
-    earlier.swap(before);
-    before.swap(now);
-    history = rate.last * before + rate.before * earlier;
+    three.swap(two);
+    two.swap(one);
+    one.swap(now);
+    history = rate.one * one + rate.two * two + rate.three * three;
     slope_at(block_, i, rate.now, step_.slope.data());
     for (int d = 0; d < q_; ++d) {
       double* of = &now[d * p_];
@@ -42,16 +43,17 @@ void MotionIntegrator::carry_slopes(int first, int last) {
     }
     solve(step_.slope.data(), now.data(), p_);
     size = size.cwiseMax(now.cwiseAbs());
-    if (row + 2 >= last) {  // the two that tell whether the cycle repeats
-      change_before = change;
-      change = (now - cycle.col(at)).cwiseAbs().cwiseQuotient(size).maxCoeff();
-    }
+    if (row + kHistory >= last)  // those that tell whether the cycle repeats
+      changes[static_cast<std::size_t>(last - 1 - row)] =
+          (now - cycle.col(at)).cwiseAbs().cwiseQuotient(size).maxCoeff();
     cycle.col(at) = now;
+    if (at % steps_between_ != 0) continue;
     for (int d = 0; d < q_; ++d) {
       const auto c = static_cast<std::size_t>(d + 1);
       const double over_w = block_.g_u[c][i] + rate.now * block_.g_v[c][i];
       for (int k = 0; k < p_; ++k)
-        slope_(at, k) += over_w * now[d * p_ + k] + block_.g_v[c][i] * history[d * p_ + k];
+        slope_(at / steps_between_, k) +=
+            over_w * now[d * p_ + k] + block_.g_v[c][i] * history[d * p_ + k];
     }
   }
 }
@@ -68,15 +70,16 @@ bool MotionIntegrator::follow(std::span<const double> theta, bool slopes) {
     if (!afford(last - first) || !block_.evaluate(*model_, last - first, theta.data()))
       return false;
     for (int row = first; row < last; ++row) {
-      const int i = row - first, at = row % n_;
-      force_[at] = block_.g[0][i] - mass * motion_.a[at];
+      const int i = row - first, at = row % n_, point = at / steps_between_;
+      if (at % steps_between_ != 0) continue;
+      force_[point] = block_.g[0][i] - mass * motion_.a[at];
       if (!slopes) continue;
       for (int k = 0; k < p_; ++k)
-        slope_(at, k) = block_.g_theta[static_cast<std::size_t>(k)][i];
+        slope_(point, k) = block_.g_theta[static_cast<std::size_t>(k)][i];
     }
     if (bends) carry_slopes(first, last);
-    if (last >= std::max(marched_, n_ + 4) &&
-        std::max(bends_.change, bends_.change_before) < kBendsRepeated)
+    if (last >= std::max(marched_, n_ + 2 * kHistory) &&
+        std::ranges::max(bends_.changes) < kBendsRepeated)
       break;
   }
   return force_.allFinite() && (!slopes || slope_.allFinite());

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/fit/internal/imposed_motion_bdf2.hpp"
+#include "estimator/diagnosis/fit/internal/motion_integrator.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -14,7 +14,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr int kMostNewton = 40;
+constexpr int kMostNewton = 15;       // of a step; what takes longer jumps between two kinks
 constexpr double kSolved = 1e-7;      // of a coordinate: a move after which its square is left
 constexpr int kMostCorrections = 12;  // of a block; step by step it costs about as much as 30
 constexpr int kLaps = 2;              // of a cycle: the first forgets how it began
@@ -77,7 +77,8 @@ bool can_be_carried(const Model& model) {
 
 MotionIntegrator::MotionIntegrator(const Model& model, Motion motion, bool inertia)
     : model_(&model),
-      motion_(std::move(motion)),
+      steps_between_(parts_in_series(model) ? 2 : 1),
+      motion_(steps_between_ == 1 ? std::move(motion) : halved(motion)),
       inertia_(inertia),
       n_(static_cast<int>(motion_.u.size())),
       s_(model.coordinates()),
@@ -102,19 +103,22 @@ MotionIntegrator::MotionIntegrator(const Model& model, Motion motion, bool inert
   }
   one_.shape(model, 1);
   block_.shape(model, kBlock);
-  force_.resize(n_);
-  slope_.resize(n_, p_);
+  force_.resize(n_ / steps_between_);
+  slope_.resize(n_ / steps_between_, p_);
   w_.resize(rows_, q_);
   for (VectorXd* values : {&step_.h, &step_.trial, &step_.trial_h, &step_.move})
     values->resize(q_);
   step_.slope.resize(q_ * q_);
 }
 
-// w' = (3 w - 4 w_1 + w_2) / 2 dt; at the second step one of the first order, at the first none.
+// w' = (11 w - 18 w_1 + 9 w_2 - 2 w_3) / 6 dt. The first three steps have fewer before them: their
+// differences are of lower orders.
 MotionIntegrator::Difference MotionIntegrator::difference_at(int row) const {
+  const double rate = 1.0 / motion_.dt;
   if (row == 0) return {};
-  if (row == 1) return {1.0 / motion_.dt, -1.0 / motion_.dt, 0.0};
-  return {1.5 / motion_.dt, -2.0 / motion_.dt, 0.5 / motion_.dt};
+  if (row == 1) return {rate, -rate};
+  if (row == 2) return {1.5 * rate, -2.0 * rate, 0.5 * rate};
+  return {11.0 / 6.0 * rate, -3.0 * rate, 1.5 * rate, -1.0 / 3.0 * rate};
 }
 
 void MotionIntegrator::load_motion(ModelArrays& arrays, int point, int row) const {
@@ -129,19 +133,21 @@ void MotionIntegrator::load_motion(ModelArrays& arrays, int point, int row) cons
 void MotionIntegrator::load(int first, int last) {
   for (int row = first; row < last; ++row)
     load_motion(block_, row - first, row);
-  const Difference steady = difference_at(2);
+  const Difference steady = difference_at(kHistory);
   for (int d = 0; d < q_; ++d) {
     const auto c = static_cast<std::size_t>(d + 1);
     const double* w = w_.col(d).data();
     double *value = block_.u[c], *rate = block_.v[c];
     std::copy(w + first, w + last, value);
     int row = first;
-    for (; row < std::min(last, 2); ++row)
-      rate[row - first] =
-          row == 0 ? 0.0 : difference_at(1).now * w[1] + difference_at(1).last * w[0];
+    for (; row < std::min(last, kHistory); ++row) {
+      const Difference early = difference_at(row);
+      rate[row - first] = early.now * w[row] + early.one * w[std::max(row - 1, 0)] +
+                          early.two * w[std::max(row - 2, 0)];
+    }
     for (; row < last; ++row)
-      rate[row - first] =
-          steady.now * w[row] + steady.last * w[row - 1] + steady.before * w[row - 2];
+      rate[row - first] = steady.now * w[row] + steady.one * w[row - 1] + steady.two * w[row - 2] +
+                          steady.three * w[row - 3];
   }
 }
 
@@ -200,7 +206,7 @@ bool MotionIntegrator::solve_step(double now, const VectorXd& history,
     w.swap(trial);
     h.swap(trial_h);
   }
-  return true;
+  return false;
 }
 
 // The search has a course when all coordinates have.
@@ -260,9 +266,8 @@ bool MotionIntegrator::march(std::span<const double> theta) {
   marched_ = rows_;
   for (int first = 0, last = 0; first < rows_; first = last) {
     last = std::min(first + kBlock, rows_);
-    for (int row = std::max(first, n_); !has_course_ && row < last; ++row)
-      w_.row(row) = w_.row(row - n_);
-    if (has_course_ || first >= n_) correct(first, last, theta);
+    if (!has_course_) guess(first, last);
+    correct(first, last, theta);
     if (first < last && !step_through(first, last, theta)) return false;
     if (!repeats(last)) continue;
     marched_ = last;
@@ -273,13 +278,25 @@ bool MotionIntegrator::march(std::span<const double> theta) {
   return true;
 }
 
-// The two steps before `last` are those of a cycle before: all that follow are, too.
+// A course for a block from nothing: that of the cycle before, else what is in series moves with the
+// motion, and what is memory stays.
+void MotionIntegrator::guess(int first, int last) {
+  for (int row = std::max(first, 1); row < last; ++row) {
+    for (int d = 0; d < q_; ++d) {
+      const double moved =
+          in_series(*model_, d + 1) ? motion_.u[row % n_] - motion_.u[(row - 1) % n_] : 0.0;
+      w_(row, d) = row >= n_ ? w_(row - n_, d) : w_(row - 1, d) + moved;
+    }
+  }
+}
+
+// The steps before `last` that make the next rate are those of a cycle before: all that follow are, too.
 bool MotionIntegrator::repeats(int last) const {
-  if (last < n_ + 4) return false;
+  if (last < n_ + 2 * kHistory) return false;
   for (int d = 0; d < q_; ++d) {
     const auto w = w_.col(d);
     const double size = std::max(w.head(n_).cwiseAbs().maxCoeff(), 1e-9);
-    for (int row = last - 2; row < last; ++row) {
+    for (int row = last - kHistory; row < last; ++row) {
       if (!(std::fabs(w[row] - w[row - n_]) < kRepeated * size)) return false;
     }
   }
@@ -291,8 +308,9 @@ bool MotionIntegrator::step_through(int first, int last, std::span<const double>
   for (int row = std::max(first, 1); row < last; ++row) {
     const Difference rate = difference_at(row);
     load_motion(one_, 0, row);
-    history = rate.last * w;
-    if (row > 1) history += rate.before * w_.row(row - 2).transpose();
+    history = rate.one * w;
+    if (row > 1) history += rate.two * w_.row(row - 2).transpose();
+    if (row > 2) history += rate.three * w_.row(row - 3).transpose();
     if (!solve_step(rate.now, history, theta, w)) return false;
     w_.row(row) = w.transpose();
   }
@@ -303,20 +321,21 @@ bool MotionIntegrator::step_through(int first, int last, std::span<const double>
 // `first` to the first step that still moves. Returns false if a move is not finite.
 bool MotionIntegrator::move_all(int& first, int last) {
   const int begin = first;
-  moves_.assign(static_cast<std::size_t>(q_) * 3, 0.0);
-  double* now = moves_.data();  // the moves of this step and of the two before
-  double *before = now + q_, *earlier = before + q_;
+  moves_.assign(static_cast<std::size_t>(q_) * (1 + kHistory), 0.0);
+  double* now = moves_.data();  // the moves of this step and of those before
+  double *one = now + q_, *two = one + q_, *three = two + q_;
   for (int row = begin; row < last; ++row) {
     const int i = row - begin;
     const Difference rate = difference_at(row);
-    std::swap(earlier, before);
-    std::swap(before, now);
+    std::swap(three, two);
+    std::swap(two, one);
+    std::swap(one, now);
     slope_at(block_, i, rate.now, step_.slope.data());
     for (int d = 0; d < q_; ++d) {
       now[d] = -block_.g[static_cast<std::size_t>(d + 1)][i];
       for (int e = 0; e < q_; ++e)
         now[d] -= block_.g_v[static_cast<std::size_t>((d + 1) * s_ + e + 1)][i] *
-                  (rate.last * before[e] + rate.before * earlier[e]);
+                  (rate.one * one[e] + rate.two * two[e] + rate.three * three[e]);
     }
     solve(step_.slope.data(), now, 1);
     double move = 0.0, size = 1e-9;
@@ -336,17 +355,18 @@ bool MotionIntegrator::move_one(int& first, int last) {
   const int begin = first;
   const double *g = block_.g[1], *g_u = block_.g_u[3], *g_v = block_.g_v[3];
   double* w = w_.data();
-  double before = 0.0, earlier = 0.0;
+  double one = 0.0, two = 0.0, three = 0.0;  // the moves before
   for (int row = begin; row < last; ++row) {
     const int i = row - begin;
     const Difference rate = difference_at(row);
-    const double now = (-g[i] - g_v[i] * (rate.last * before + rate.before * earlier)) /
+    const double now = (-g[i] - g_v[i] * (rate.one * one + rate.two * two + rate.three * three)) /
                        (g_u[i] + rate.now * g_v[i]);
     if (!std::isfinite(now)) return false;
     w[row] += now;
     if (first == row && std::fabs(now) < kSolved * std::max(1e-9, std::fabs(w[row]))) ++first;
-    earlier = before;
-    before = now;
+    three = two;
+    two = one;
+    one = now;
   }
   return true;
 }
