@@ -65,7 +65,8 @@ struct DropMixture {
 };
 
 // The conditions of a damper whose stroke was measured with a joint that gives under the load
-// (series_compliance) and a transducer that was zeroed under the weight. Nothing without a joint.
+// (series_compliance) and a transducer that was zeroed under the weight. Nothing without a joint, or
+// with one that is a part in series.
 std::optional<DropConditions> zeroed_under_weight(const DamperHypothesis& measured,
                                                   DropConditions conditions);
 

@@ -133,7 +133,7 @@ TEST(Drop, SharesOfADamperBehindAJointCloseTheBalance) {
     const auto shares = test.shares(theta);
     ASSERT_TRUE(run.ok()) << run.error().what;
     ASSERT_TRUE(shares.ok()) << shares.error().what;
-    EXPECT_NEAR(shares->energy_residual, 0.0, 1e-5) << joint.effect;
+    EXPECT_NEAR(shares->energy_residual, 0.0, 1e-6) << joint.effect;
     ASSERT_EQ(shares->effects.size(), 4U);
     double sum = 0.0;
     for (const EffectShare& share : shares->effects)

@@ -36,7 +36,7 @@ struct Motion {
 Motion halved(const Motion& motion);
 
 // True if parts of the model's load path are in series: some coordinate is the damper's own stroke
-// behind a play.
+// behind a play or a joint.
 bool parts_in_series(const Model& model);
 
 // True if a MotionIntegrator accepts the model: one mechanical coordinate, and no memory with
