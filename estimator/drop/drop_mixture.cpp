@@ -133,6 +133,14 @@ class Mixer {
     return 0.0;
   }
 
+  // Root mean square of the force that the hypothesis which explains least leaves, m/s^2.
+  double whole_gap() const {
+    double most = 0.0;
+    for (const DamperHypothesis& one : damper_.hypotheses)
+      most = std::max(most, root_mean_square(one.left));
+    return most;
+  }
+
   double tested_speed() const {
     double fastest = 0.0;
     for (const VisitedCell& cell : damper_.visited)
@@ -243,8 +251,8 @@ class Mixer {
     drop.path(t, stroke, speed);
     const auto& left = one.left.empty() ? damper_.visited : one.left;
     const auto along = [&](const DamperHypothesis* bent) {
-      return unnamed_force_along(left, damper_.unnamed_force, stroke, speed, bent, kUnnamedModes,
-                                 kUnnamedLeft);
+      return unnamed_force_along(left, {damper_.unnamed_force, whole_gap()}, stroke, speed, bent,
+                                 kUnnamedModes, kUnnamedLeft);
     };
     std::vector<ForceAlongPath> forces = {along(&one)};
     if (!forces.front().shifts.empty() && weight > kLittle) forces.push_back(along(nullptr));

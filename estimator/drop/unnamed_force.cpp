@@ -23,6 +23,8 @@ constexpr std::size_t kMostCells = 150;     // that are conditioned on
 constexpr std::size_t kCellsCompared = 75;  // by which the force's roughness is found
 constexpr double kHidden = 0.3;             // of the least force, in a cell
 constexpr double kLeastKept = 0.02;         // of the force's variance, by the parameters
+// A force that is linear over the visited stroke changes by sqrt(12) of its root mean square there.
+constexpr double kLinearChange = 3.4641016151377544;
 // Powers of the speed that a damping may go with: from laminar flow, and from an orifice that the
 // pressure closes. The base model has the 2 between them.
 constexpr double kLawPowers[] = {1.0, 1.5, 2.5, 3.0};
@@ -39,6 +41,7 @@ constexpr double kOrificeParts[] = {0.0, 4.0, 100.0};  // none, twice the rest, 
 
 struct ForceProcess {
   double low = 0.0, high = 0.0, fastest = 0.0, size = 0.0;
+  double beyond = 0.0;  // how much it grows outside, over a distance as long as the visited stroke
   Roughness rough = {};
 
   // Outside of the visited stroke distances count by their logarithm.
@@ -56,7 +59,7 @@ struct ForceProcess {
   // square of the velocity too.
   double growth(double u, double v) const {
     const double speed = v / fastest;
-    return size * (std::max(1.0, speed * speed) * (1.0 + outside(u)) + outside(u));
+    return size * std::max(1.0, speed * speed) * (1.0 + outside(u)) + beyond * outside(u);
   }
   // Of an orifice that changes over the stroke: what it is at a stroke, it is at any velocity there.
   double orifice(const VisitedCell& at) const {
@@ -89,18 +92,17 @@ VectorXd law_at(const std::vector<VisitedCell>& points, double fastest, double p
   return force;
 }
 
-ForceProcess process_of(const std::vector<VisitedCell>& cells, double least) {
+ForceProcess process_of(const std::vector<VisitedCell>& cells, const UnnamedSize& size) {
   ForceProcess process;
   process.low = 1e300;
   process.high = -1e300;
-  double squares = 0.0;
   for (const VisitedCell& cell : cells) {
     process.low = std::min(process.low, cell.stroke);
     process.high = std::max(process.high, cell.stroke);
     process.fastest = std::max(process.fastest, std::fabs(cell.velocity));
-    squares += cell.force * cell.force / static_cast<double>(cells.size());
   }
-  process.size = std::max(least, std::sqrt(squares));
+  process.size = std::max(size.least, root_mean_square(cells));
+  process.beyond = std::max(process.size, kLinearChange * size.taken);
   return process;
 }
 
@@ -241,20 +243,27 @@ double turn_of(const VisitedCell& a, const VisitedCell& b, double stroke, double
 
 }  // namespace
 
-ForceAlongPath unnamed_force_along(const std::vector<VisitedCell>& visited, double least,
-                                   const std::vector<double>& stroke,
+double root_mean_square(const std::vector<VisitedCell>& cells) {
+  double squares = 0.0;
+  for (const VisitedCell& cell : cells)
+    squares += cell.force * cell.force / static_cast<double>(cells.size());
+  return std::sqrt(squares);
+}
+
+ForceAlongPath unnamed_force_along(const std::vector<VisitedCell>& visited,
+                                   const UnnamedSize& size_there, const std::vector<double>& stroke,
                                    const std::vector<double>& velocity,
                                    const DamperHypothesis* bent, std::size_t most, double left) {
-  ForceProcess process = process_of(visited, least);
+  ForceProcess process = process_of(visited, size_there);
   if (visited.size() < 3 || !(process.high > process.low) || !(process.fastest > 0.0)) return {};
   std::vector<VisitedCell> path;
   for (std::size_t i = 0; i < stroke.size(); ++i)
     path.push_back({stroke[i], velocity[i]});
   const auto cells = thinned_cells(visited, kMostCells);
-  const auto [found, variance] = cell_forces(cells, kHidden * least, process.size);
-  process.rough = likeliest_roughness(process, visited, bent, kHidden * least);
+  const auto [found, variance] = cell_forces(cells, kHidden * size_there.least, process.size);
+  process.rough = likeliest_roughness(process, visited, bent, kHidden * size_there.least);
   const NumberForces numbers = number_forces(bent, cells, path);
-  const ForcePrior prior = force_prior(process, cells, path, numbers, kHidden * least);
+  const ForcePrior prior = force_prior(process, cells, path, numbers, kHidden * size_there.least);
   const Cholesky factor(prior.cells + numbers.cells * numbers.cells.transpose() +
                         MatrixXd(variance.asDiagonal()));
   if (!factor.positive()) return {};

@@ -156,7 +156,7 @@ double deviation(const ForceAlongPath& force, std::size_t at) {
 }
 
 TEST(UnnamedForce, WidensOutsideOfWhatWasVisited) {
-  const auto force = unnamed_force_along(visited_ring().visited, 0.01, {0.02, 0.02, 0.1, 0.0},
+  const auto force = unnamed_force_along(visited_ring().visited, {0.01}, {0.02, 0.02, 0.1, 0.0},
                                          {0.0, 0.4, 0.4, 2.0}, nullptr, 4, 1e-9);
   EXPECT_LT(deviation(force, 0), 0.01);
   EXPECT_GT(deviation(force, 1), 0.02);
@@ -170,9 +170,29 @@ TEST(UnnamedForce, FollowsWhatTheCampaignLeft) {
     cell.force = 0.5;
     cell.standard_error = 0.01;
   }
-  const auto force = unnamed_force_along(damper.visited, 0.01, {0.02, 0.0}, {0.0, 0.2});
+  const auto force = unnamed_force_along(damper.visited, {0.01}, {0.02, 0.0}, {0.0, 0.2});
   EXPECT_NEAR(force.mean[0], 0.5, 0.05);
   EXPECT_NEAR(force.mean[1], 0.5, 0.05);
+}
+
+// A force of 10 m/s^2 a metre that names have taken where the campaign was: they may be wrong beyond
+// by what it changes there, and as little as before where it is known.
+TEST(UnnamedForce, GoesOnBeyondAsTheWholeGapMayWhateverNamesTookOfIt) {
+  auto cells = visited_ring().visited;
+  for (VisitedCell& cell : cells)
+    cell.force = 10.0 * cell.stroke;
+  const double taken = root_mean_square(cells);
+  const std::vector<double> stroke = {0.0, 0.04, 0.06}, still = {0.0, 0.0, 0.0};
+  const auto ring = visited_ring().visited;
+  const auto alone = unnamed_force_along(ring, {0.01}, stroke, still, nullptr, 4, 1e-9);
+  const auto named = unnamed_force_along(ring, {0.01, taken}, stroke, still, nullptr, 4, 1e-9);
+  EXPECT_NEAR(deviation(named, 0), deviation(alone, 0), 0.05 * deviation(alone, 0));
+  for (const std::size_t beyond : {std::size_t{1}, std::size_t{2}}) {
+    const double change = 10.0 * (stroke[beyond] - 0.02);
+    EXPECT_LT(deviation(alone, beyond), 0.2 * change);
+    EXPECT_GT(deviation(named, beyond), 0.5 * change);
+    EXPECT_LT(deviation(named, beyond), 2.0 * change);
+  }
 }
 
 TEST(UnnamedForce, MakesTheBandWider) {
@@ -218,8 +238,8 @@ TEST(UnnamedForce, LeavesTheSumWithTheParametersThatWereBentByIt) {
   }
   stroke.push_back(0.0);
   velocity.push_back(1.0);
-  const auto rough = unnamed_force_along(ring.visited, 0.01, stroke, velocity, nullptr, 60, 1e-9);
-  const auto smooth = unnamed_force_along(ring.visited, 0.01, stroke, velocity, &one, 60, 1e-9);
+  const auto rough = unnamed_force_along(ring.visited, {0.01}, stroke, velocity, nullptr, 60, 1e-9);
+  const auto smooth = unnamed_force_along(ring.visited, {0.01}, stroke, velocity, &one, 60, 1e-9);
   ASSERT_EQ(smooth.shifts.size(), smooth.modes.size());
   double shift = 0.0, beyond = 0.0;
   for (std::size_t i = 0; i < stroke.size(); ++i) {
@@ -253,7 +273,7 @@ TEST(UnnamedForce, GoesOnWithAnotherLawOfTheVelocity) {
       cells.push_back({size * cell.stroke, v, left(v), 0.005});
     }
   }
-  const auto force = unnamed_force_along(cells, 0.02, {0.0, 0.0}, {0.2, 0.4},
+  const auto force = unnamed_force_along(cells, {0.02}, {0.0, 0.0}, {0.2, 0.4},
                                          &damper.hypotheses.front(), 10, 1e-9);
   const std::vector<double> velocity = {0.2, 0.4};
   for (std::size_t i = 0; i < velocity.size(); ++i) {
@@ -281,7 +301,7 @@ TEST(UnnamedForce, GoesOnWithAnOrificeThatChangesOverTheStroke) {
     }
   }
   const std::vector<double> stroke = {0.004, 0.004}, velocity = {0.3, 0.4};
-  const auto force = unnamed_force_along(cells, 0.03, stroke, velocity, nullptr, 4, 1e-9);
+  const auto force = unnamed_force_along(cells, {0.03}, stroke, velocity, nullptr, 4, 1e-9);
   for (std::size_t i = 0; i < velocity.size(); ++i) {
     const double truth = acts(stroke[i], velocity[i]);
     EXPECT_LT(std::fabs(force.mean[i] - truth), 2.0 * deviation(force, i)) << force.mean[i];
