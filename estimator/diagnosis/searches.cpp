@@ -158,9 +158,11 @@ Diagnosis searched(HarmonicFit base, const std::vector<RunDatum>& data,
   };
   const auto said_of_own = [&](const WeighedAgain& again) {
     progress("drawing up", 0.95);
-    return assemble(again.found, again.data, runs, catalogue, again.data);
+    Diagnosis said = assemble(again.found, again.data, runs, catalogue, again.data);
+    if (!again.differ.empty()) said.warnings.push_back(again.differ);
+    return said;
   };
-  if (const auto again = by_own_errors(guide_of(first), kLeftByOwn)) return said_of_own(*again);
+  if (const auto again = by_own_errors(guide_of(first, data), kLeftByOwn)) return said_of_own(*again);
   if (!first.explained) {
     if (auto said = said_of_run_constants(first, data, runs, catalogue, selection)) return *said;
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 
 #include <fmt/format.h>
@@ -13,6 +14,7 @@
 #include "estimator/diagnosis/report/internal/choice.hpp"
 #include "estimator/diagnosis/report/internal/curves.hpp"
 #include "estimator/diagnosis/report/internal/discriminating_run.hpp"
+#include "estimator/diagnosis/report/internal/effect_sizes.hpp"
 #include "estimator/diagnosis/report/internal/estimates.hpp"
 #include "estimator/diagnosis/report/internal/gaps.hpp"
 #include "estimator/diagnosis/report/internal/hypotheses.hpp"
@@ -213,15 +215,14 @@ class Assembler {
         named.held_out_gain = 1.0 - *said_.gap.held_out_after / *said_.gap.held_out_before;
       said_.effects.push_back(std::move(named));
     }
-    // In the order of what each closes alone, as far as it is likely.
-    const auto alone = [&](const NamedEffect& e) {
-      const auto& all = said_.ranking;
-      const auto found = std::find_if(all.begin(), all.end(),
-                                      [&](const Ranked& ranked) { return ranked.name == e.name; });
-      return found == all.end() ? 0.0 : e.probability * found->gain_refitted.value_or(found->gain);
-    };
+    // In the order of what each makes of the response, as far as it is likely.
+    std::map<std::string, double> weight;
+    for (const NamedEffect& e : said_.effects)
+      weight[e.name] =
+          e.probability *
+          std::pow(size_of(after_, after_data_, before_.spec.effects.size(), e.name), 2);
     std::stable_sort(said_.effects.begin(), said_.effects.end(),
-                     [&](const auto& a, const auto& b) { return alone(a) > alone(b); });
+                     [&](const auto& a, const auto& b) { return weight[a.name] > weight[b.name]; });
   }
 
   // Words and formula.

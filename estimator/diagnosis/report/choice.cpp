@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "estimator/diagnosis/report/internal/model_probabilities.hpp"
 #include "estimator/diagnosis/select/internal/nesting.hpp"
 #include "estimator/diagnosis/select/internal/weights.hpp"
 
@@ -15,25 +16,16 @@ namespace {
 
 constexpr std::size_t kMostEffects = 3;
 constexpr double kNearlyAll = 0.99;  // of chi-squared that the richer one closes
+constexpr double kLikely = 0.5;      // of chance
 
-// The same effects, but for one in the place of a simpler one that it holds.
-bool richer(const Hypothesis& h, const Hypothesis& simple) {
-  std::vector<std::string> less;
-  for (const std::string& effect : h.effects) {
-    const bool shared =
-        std::find(simple.effects.begin(), simple.effects.end(), effect) != simple.effects.end();
-    less.push_back(shared ? effect : simpler_than(effect));
-  }
-  std::sort(less.begin(), less.end());
-  return h.effects != simple.effects && less == simple.effects;
-}
-
-// What the one holds in the place of the other's effects does no more than they do.
+// The same effects, but for one that does no more than a simpler one in its place.
 bool only_richer(const Hypothesis& h, const Hypothesis& simple) {
-  return std::all_of(h.effects.begin(), h.effects.end(), [&](const std::string& effect) {
-    return std::find(simple.effects.begin(), simple.effects.end(), effect) !=
-               simple.effects.end() ||
-           reduces(*h.fit, effect);
+  return std::any_of(h.effects.begin(), h.effects.end(), [&](const std::string& effect) {
+    const auto special = simpler_than(effect);
+    return std::any_of(special.begin(), special.end(), [&](const std::string& simpler) {
+      return with_instead(h.effects, effect, simpler) == simple.effects &&
+             reduces(*h.fit, effect, simpler);
+    });
   });
 }
 
@@ -60,14 +52,18 @@ const Hypothesis* Choice::heaviest(std::size_t most) const {
 }
 
 // A record has no corners that are sharper than its samples: what a static peak as narrow as that
-// gains there beside the simpler effect is the corner's.
+// gains there beside the simpler effect is the corner's. Where something unknown is left, a richer
+// effect that the data allow to be the simpler one gains by imitating that, unless it gains more than
+// is likely by chance.
 void Choice::name_simpler() {
-  if (chosen_ == nullptr || !on_samples(data_)) return;
+  const bool corners = on_samples(data_);
+  if (chosen_ == nullptr || (found_.explained && !corners)) return;
   const Hypothesis& best = *chosen_;
   const double before = found_.base.fit->chi_squared;
   const double least = before - kNearlyAll * (before - best.fit->chi_squared);
   for (const Hypothesis& h : found_.hypotheses) {
-    if (counts(h) && h.fit->chi_squared < least && richer(best, h) && only_richer(best, h))
+    if (counts(h) && h.fit->chi_squared < least && only_richer(best, h) &&
+        (corners || chance_to_imitate(left_of(best, h), 1) > kLikely))
       chosen_ = &h;
   }
 }

@@ -60,7 +60,7 @@ std::vector<const HarmonicFit*> indistinguishable_fits(const std::string& effect
     std::replace(effects.begin(), effects.end(), effect, rival);
     std::sort(effects.begin(), effects.end());
     for (const Hypothesis& h : found.hypotheses) {
-      const bool same = simpler_than(rival) == effect && reduces(*h.fit, rival);
+      const bool same = reduces(*h.fit, rival, effect);
       if (h.effects == effects && !same && std::isfinite(h.fit->chi_squared))
         fits.push_back(&rounded(h));
     }

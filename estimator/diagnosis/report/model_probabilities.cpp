@@ -52,7 +52,7 @@ std::vector<double> weights(const Selection& found, const std::vector<RunDatum>&
 // A richer effect that this fit reduces to the simpler one speaks for that.
 bool speaks_for(const Hypothesis& h, const std::string& effect) {
   return std::any_of(h.effects.begin(), h.effects.end(), [&](const std::string& e) {
-    return e == effect || (simpler_than(e) == effect && reduces(*h.fit, e));
+    return e == effect || reduces(*h.fit, e, effect);
   });
 }
 

@@ -20,8 +20,8 @@ constexpr std::size_t kMostRivals = 4;
 constexpr double kNearNoise = 4.0;   // of chi-squared a datum, left by the best
 constexpr double kNoChance = 100.0;  // of chi-squared a datum: draws say 0 to the last digit
 // Log evidence by which a simpler effect may be worse than a richer one: if the interval of the
-// richer one includes the special case, and otherwise.
-constexpr double kReducedBehind = 10.0, kSimplerBehind = 1.0;
+// richer one includes the special case, and otherwise (odds of one in ten, as of one effect more).
+constexpr double kReducedBehind = 10.0, kSimplerBehind = 2.3;
 
 bool without_chance(double chi_squared, std::ptrdiff_t observations) {
   return chi_squared > kNoChance * static_cast<double>(observations);
@@ -30,7 +30,10 @@ bool without_chance(double chi_squared, std::ptrdiff_t observations) {
 // True if one set is the other with a richer effect replaced by its special case.
 bool special_case(const Hypothesis& simpler, const Hypothesis& richer) {
   return std::any_of(richer.effects.begin(), richer.effects.end(), [&](const std::string& effect) {
-    return simplified(richer.effects, effect) == simpler.effects;
+    const auto special = simpler_than(effect);
+    return std::any_of(special.begin(), special.end(), [&](const std::string& other) {
+      return with_instead(richer.effects, effect, other) == simpler.effects;
+    });
   });
 }
 
@@ -122,21 +125,23 @@ void CandidateSet::try_simpler_rivals() {
   const double least = found_.hypotheses[found_.best].log_evidence - kReducedBehind;
   for (const Hypothesis& h : all) {
     if (!h.disqualified.empty() || !(h.log_evidence > least)) continue;
-    for (const std::string& effect : h.effects)
-      try_simpler(h, effect, simplified(h.effects, effect));
+    for (const std::string& effect : h.effects) {
+      for (const std::string& simpler : simpler_than(effect))
+        try_simpler(h, effect, simpler);
+    }
   }
 }
 
 // If the fit of a richer effect allows its special case, that is fitted too: the search may not
 // have tried it, or may have left it in another valley.
 void CandidateSet::try_simpler(const Hypothesis& best, const std::string& effect,
-                               const std::vector<std::string>& wanted) {
-  if (!reduces(*best.fit, effect)) return;
-  const Hypothesis* known = find(wanted);
+                               const std::string& special) {
+  if (!reduces(*best.fit, effect, special)) return;
+  const Hypothesis* known = find(with_instead(best.effects, effect, special));
   const double near = kOtherValley * rounded(best).chi_squared;
   if (known != nullptr && known->disqualified.empty() && rounded(*known).chi_squared < near) return;
   const auto simpler = std::find_if(all_.begin(), all_.end(), [&](const Candidate& candidate) {
-    return candidate.name() == simpler_than(effect);
+    return candidate.name() == special;
   });
   if (simpler == all_.end()) return;
   std::vector<std::size_t> made;
@@ -149,19 +154,27 @@ void CandidateSet::prefer_simpler() {
     changed = false;
     const Hypothesis best = found_.hypotheses[found_.best];  // they may become more
     for (const std::string& effect : best.effects) {
-      const std::vector<std::string> wanted = simplified(best.effects, effect);
-      try_simpler(best, effect, wanted);
-      Hypothesis* simpler = find(wanted);
-      if (simpler == nullptr || !simpler->disqualified.empty()) continue;
-      refits_.narrowed(*simpler);
-      if (!simpler->disqualified.empty()) continue;
-      const double behind = best.log_evidence - simpler->log_evidence;
-      if (behind > (reduces(*best.fit, effect) ? kReducedBehind : kSimplerBehind)) continue;
-      found_.best = static_cast<std::size_t>(simpler - found_.hypotheses.data());
-      changed = true;
-      break;
+      for (const std::string& special : simpler_than(effect)) {
+        if (!changed && gives_way(best, effect, special)) changed = true;
+      }
+      if (changed) break;
     }
   }
+}
+
+// Makes the special case the best one if the data do not exclude it.
+bool CandidateSet::gives_way(const Hypothesis& best, const std::string& effect,
+                             const std::string& special) {
+  try_simpler(best, effect, special);
+  Hypothesis* simpler = find(with_instead(best.effects, effect, special));
+  if (simpler == nullptr || !simpler->disqualified.empty()) return false;
+  refits_.narrowed(*simpler);
+  if (!simpler->disqualified.empty()) return false;
+  const double behind = best.log_evidence - simpler->log_evidence;
+  if (behind > (reduces(*best.fit, effect, special) ? kReducedBehind : kSimplerBehind))
+    return false;
+  found_.best = static_cast<std::size_t>(simpler - found_.hypotheses.data());
+  return true;
 }
 
 // In a search by shares of the gap the errors come from the residual of a first search. A fit that

@@ -9,8 +9,8 @@
 namespace shaker::estimator::diagnosis {
 namespace {
 
-// The value of a parameter in the special case: an end of its range, or zero.
-enum class Place { lower, upper, zero };
+// The value of a parameter in the special case: an end of its range, zero or one.
+enum class Place { lower, upper, zero, one };
 struct Special {
   std::string_view symbol;
   Place place;
@@ -37,6 +37,8 @@ const std::vector<Nesting>& nestings() {
        "f_c"},
       {"presliding_friction", "coulomb_friction", {{"z0", Place::lower}}},
       {"pinched_friction", "coulomb_friction", {{"u_p", Place::lower}}},
+      {"power_damping", "viscous_damping", {{"alpha", Place::one}}, "c_p", "c"},
+      {"power_damping", "coulomb_friction", {{"alpha", Place::lower}}, "", "f_c"},
       // Rigid oil with laminar flow below q_l damps by theta1 q_l v in addition.
       {"oil_compressibility", "viscous_damping", {{"k_o", Place::upper}}, "", "c"}};
   return all;
@@ -44,6 +46,7 @@ const std::vector<Nesting>& nestings() {
 
 double value_of(const Special& special, const ModelParameter& p) {
   if (special.place == Place::zero) return 0.0;
+  if (special.place == Place::one) return 1.0;
   return special.place == Place::lower ? p.lower : p.upper;
 }
 
@@ -57,32 +60,35 @@ const double* value_of(const HarmonicFit& fit, std::string_view effect, std::str
 }
 
 bool holds(std::string_view richer, std::string_view simpler) {
-  for (std::string s = simpler_than(richer); !s.empty(); s = simpler_than(s)) {
-    if (s == simpler) return true;
-  }
-  return false;
+  const auto special = simpler_than(richer);
+  return std::any_of(special.begin(), special.end(),
+                     [&](const std::string& s) { return s == simpler || holds(s, simpler); });
 }
 
 }  // namespace
 
-std::string simpler_than(std::string_view effect) {
+std::vector<std::string> simpler_than(std::string_view effect) {
   const config::Driven name = config::driven(effect);
+  std::vector<std::string> all;
   for (const Nesting& n : nestings()) {
-    if (n.richer == name.effect) return config::driven_name(n.simpler, name.input);
+    std::string simpler = config::driven_name(n.simpler, name.input);
+    if (n.richer == name.effect && std::find(all.begin(), all.end(), simpler) == all.end())
+      all.push_back(std::move(simpler));
   }
-  return {};
+  return all;
 }
 
-std::vector<std::string> simplified(std::vector<std::string> effects, const std::string& effect) {
-  std::replace(effects.begin(), effects.end(), effect, simpler_than(effect));
+std::vector<std::string> with_instead(std::vector<std::string> effects, const std::string& effect,
+                                      const std::string& other) {
+  std::replace(effects.begin(), effects.end(), effect, other);
   std::sort(effects.begin(), effects.end());
   return effects;
 }
 
-bool holds_all_of_simpler(std::string_view effect) {
-  const std::string_view name = config::driven(effect).effect;
+bool holds_all_of(std::string_view richer, std::string_view simpler) {
+  const std::string_view from = config::driven(richer).effect, to = config::driven(simpler).effect;
   return std::any_of(nestings().begin(), nestings().end(), [&](const Nesting& n) {
-    return n.richer == name && n.in_richer.empty() == n.in_simpler.empty();
+    return n.richer == from && n.simpler == to && n.in_richer.empty() == n.in_simpler.empty();
   });
 }
 
@@ -90,7 +96,7 @@ bool related(std::string_view a, std::string_view b) {
   return holds(a, b) || holds(b, a);
 }
 
-bool reduces(const HarmonicFit& fit, std::string_view effect) {
+bool reduces(const HarmonicFit& fit, std::string_view effect, std::string_view simpler) {
   const auto& parameters = fit.model->parameters();
   const auto stands = [&](const Special& special) {
     for (std::size_t k = parameters.size(); k-- > 0;) {
@@ -104,8 +110,15 @@ bool reduces(const HarmonicFit& fit, std::string_view effect) {
   };
   return std::any_of(nestings().begin(), nestings().end(), [&](const Nesting& n) {
     return n.richer == config::driven(effect).effect &&
+           n.simpler == config::driven(simpler).effect &&
            std::all_of(n.where.begin(), n.where.end(), stands);
   });
+}
+
+bool reduces(const HarmonicFit& fit, std::string_view effect) {
+  const auto special = simpler_than(effect);
+  return std::any_of(special.begin(), special.end(),
+                     [&](const std::string& simpler) { return reduces(fit, effect, simpler); });
 }
 
 std::vector<double> carried_across(const Model& model, std::string_view effect,

@@ -209,20 +209,25 @@ class Search {
     for (const std::size_t k : made) {
       const Hypothesis richer = found_.hypotheses[k];  // a copy: it may be replaced
       for (const std::string& effect : richer.effects) {
-        if (!holds_all_of_simpler(effect) || reduces(*richer.fit, effect)) continue;
-        const Hypothesis* special = candidate_set_.find(simplified(richer.effects, effect));
-        if (special == nullptr || richer.fit->stopped || !special->disqualified.empty() ||
-            rounded(*special).chi_squared >= rounded(richer).chi_squared)
-          continue;
-        const auto candidate = std::find_if(all_.begin(), all_.end(),
-                                            [&](const Candidate& c) { return c.name() == effect; });
-        std::vector<std::size_t> replaced;
-        if (candidate != all_.end() && candidate_set_.goes_on())
-          candidate_set_.keep(
-              refits_.with_instead(*special, simpler_than(effect), candidate->probes.front().line),
-              replaced);
+        for (const std::string& simpler : simpler_than(effect))
+          begin_at_special_case(richer, effect, simpler);
       }
     }
+  }
+
+  void begin_at_special_case(const Hypothesis& richer, const std::string& effect,
+                             const std::string& simpler) {
+    if (!holds_all_of(effect, simpler) || reduces(*richer.fit, effect)) return;
+    const Hypothesis* special = candidate_set_.find(with_instead(richer.effects, effect, simpler));
+    if (special == nullptr || richer.fit->stopped || !special->disqualified.empty() ||
+        rounded(*special).chi_squared >= rounded(richer).chi_squared)
+      return;
+    const auto candidate = std::find_if(all_.begin(), all_.end(),
+                                        [&](const Candidate& c) { return c.name() == effect; });
+    std::vector<std::size_t> replaced;
+    if (candidate != all_.end() && candidate_set_.goes_on())
+      candidate_set_.keep(refits_.with_instead(*special, simpler, candidate->probes.front().line),
+                          replaced);
   }
 
   // A fit that switched an effect off belongs to the smaller set. That set may have ended in a

@@ -7,6 +7,7 @@
 
 #include "estimator/diagnosis/fit/internal/smoothing.hpp"
 #include "estimator/diagnosis/noise/internal/extra_channels.hpp"
+#include "estimator/diagnosis/noise/internal/run_constants.hpp"
 #include "estimator/diagnosis/noise/internal/weighing.hpp"
 
 namespace shaker::estimator::diagnosis {
@@ -22,6 +23,21 @@ const Hypothesis* admissible_best(const Selection& found) {
   return best.disqualified.empty() && std::isfinite(best.fit->chi_squared) ? &best : nullptr;
 }
 
+// Chi-squared of what it leaves; of forces along a motion without the means, which zeros of the runs'
+// own may make.
+double left_but_for_zeros(const Hypothesis& h, const std::vector<RunDatum>& data) {
+  if (data.front().kind != Kind::imposed_motion || on_samples(data)) return h.fit->chi_squared;
+  const std::vector<RunDatum>& fitted = h.data ? *h.data : data;
+  double sum = 0.0;
+  for (std::size_t r = 0; r < fitted.size(); ++r) {
+    if (fitted[r].role != Role::fit) continue;
+    Eigen::VectorXd left = coloured(fitted[r], whitened_residual(*h.fit, fitted, r));
+    left[0] = 0.0;
+    sum += whitened(fitted[r], left).squaredNorm();
+  }
+  return sum;
+}
+
 // A copy of the hypothesis with a workspace of its own.
 HarmonicFit copied(const Hypothesis& h, const std::vector<RunDatum>& data, FitOptions options) {
   const HarmonicFit& near = rounded(h);
@@ -33,11 +49,11 @@ HarmonicFit copied(const Hypothesis& h, const std::vector<RunDatum>& data, FitOp
 
 }  // namespace
 
-const Hypothesis* guide_of(const Selection& searched) {
+const Hypothesis* guide_of(const Selection& searched, const std::vector<RunDatum>& data) {
   if (searched.adequate || searched.explained) return nullptr;
   const Hypothesis* best = admissible_best(searched);
   if (best == nullptr) return nullptr;
-  const bool hopeless = best->fit->chi_squared > kHopeless * best->fit->observations;
+  const bool hopeless = left_but_for_zeros(*best, data) > kHopeless * best->fit->observations;
   const bool better = best->fit->chi_squared < kBetterGuide * searched.base.fit->chi_squared;
   return better && !hopeless ? best : nullptr;
 }
@@ -68,6 +84,11 @@ std::optional<WeighedAgain> explained_by_own_errors(
   // starts from its fit to `data`.
   auto more = same_channels(runs, fit, own, data);
   std::move(more.begin(), more.end(), std::back_inserter(own));
+  // Beside what is missing, the base model may not have shown that the runs' zeros differ.
+  std::string differ;
+  if (const HarmonicFit there = copied(*guide, own, options.fit); there.predicts_all)
+    differ = let_zeros_differ(there, base.spec.length_unit + "/s^2", own);
+  if (data.front().own_zero > 0.0) differ.clear();  // it has been told
   HarmonicFit again = fit_harmonics(base.spec, own, base.theta, &base, options.fit);
   if (!again.trouble.empty()) return std::nullopt;
   SelectionOptions with_guide = options;
@@ -76,7 +97,7 @@ std::optional<WeighedAgain> explained_by_own_errors(
   cut_short = cut_short || found.cut_short;
   // Without all its competitors a name would look more certain than it is.
   if (!found.explained || found.cut_short) return std::nullopt;
-  return WeighedAgain{std::move(found), std::move(own)};
+  return WeighedAgain{std::move(found), std::move(own), std::move(differ)};
 }
 
 }  // namespace shaker::estimator::diagnosis

@@ -22,6 +22,7 @@ std::span<const Effect* const> catalogue() {
       &one_sided_damping(),
       &stroke_damping(),
       &digressive_damping(),
+      &power_damping(),
       &laminar_orifice(),
       &rebound_damping(),
       &metering_pin(),

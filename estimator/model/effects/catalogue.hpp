@@ -41,6 +41,7 @@ const Effect& viscous_damping();
 const Effect& one_sided_damping();
 const Effect& stroke_damping();
 const Effect& digressive_damping();
+const Effect& power_damping();
 const Effect& laminar_orifice();
 const Effect& rebound_damping();
 const Effect& metering_pin();

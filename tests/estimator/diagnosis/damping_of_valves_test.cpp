@@ -44,6 +44,15 @@ TEST(DampingOfValves, ThatGivesWayIsNamed) {
   EXPECT_NEAR(value_in(*d, "v_k"), 0.5, 0.03);
 }
 
+TEST(DampingOfValves, OfAPowerOfTheVelocityIsNamed) {
+  const auto d = testing::diagnosis_of_decays([](double u, double v) {
+    return 80.0 * u + 0.3 * v + 0.5 * std::copysign(std::pow(std::fabs(v), 0.7), v);
+  });
+  ASSERT_TRUE(d) << d.error().what;
+  ASSERT_THAT(names_in(*d), ::testing::ElementsAre("power_damping"));
+  EXPECT_NEAR(value_in(*d, "alpha"), 0.7, 0.03);
+}
+
 TEST(DampingOfValves, IsNotNamedWhereThereIsNone) {
   const auto d =
       testing::diagnosis_of_decays([](double u, double v) { return 80.0 * u + 0.9 * v; });

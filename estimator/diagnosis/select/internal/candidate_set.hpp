@@ -50,8 +50,8 @@ class CandidateSet {
   void narrow_rivals();
   void try_simpler_rivals();
   void prefer_simpler();
-  void try_simpler(const Hypothesis& best, const std::string& effect,
-                   const std::vector<std::string>& wanted);
+  bool gives_way(const Hypothesis& best, const std::string& effect, const std::string& special);
+  void try_simpler(const Hypothesis& best, const std::string& effect, const std::string& special);
   void judge_best();
 
   Selection& found_;

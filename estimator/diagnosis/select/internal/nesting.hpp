@@ -10,17 +10,18 @@
 
 namespace shaker::estimator::diagnosis {
 
-// Returns the special case of an effect, driven by the same input if there is one; empty if the
-// catalogue has none.
-std::string simpler_than(std::string_view effect);
-// Returns the effects, sorted, with one of them replaced by its special case.
-std::vector<std::string> simplified(std::vector<std::string> effects, const std::string& effect);
-// True if the effect has a special case, and a parameter for each of its parameters.
-bool holds_all_of_simpler(std::string_view effect);
+// Returns the special cases of an effect, driven by the same input if there is one.
+std::vector<std::string> simpler_than(std::string_view effect);
+// Returns the effects, sorted, with another in the place of one of them.
+std::vector<std::string> with_instead(std::vector<std::string> effects, const std::string& effect,
+                                      const std::string& other);
+// True if the richer effect has a parameter for each of those of its special case.
+bool holds_all_of(std::string_view richer, std::string_view simpler);
 // True if one of the two is a special case of the other, directly or through a third.
 bool related(std::string_view a, std::string_view b);
 // True if the parameters that make the effect richer are within two standard errors of the values
-// (or at the bound) of the simpler effect.
+// (or at the bound) of that simpler effect, or of any.
+bool reduces(const HarmonicFit& fit, std::string_view effect, std::string_view simpler);
 bool reduces(const HarmonicFit& fit, std::string_view effect);
 
 // Start values of a model that has one effect in the place of another, one of the two a special case

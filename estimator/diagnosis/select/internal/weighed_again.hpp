@@ -8,6 +8,7 @@
 
 #include <functional>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "estimator/diagnosis/cycles/steady_cycles.hpp"
@@ -18,12 +19,13 @@ namespace shaker::estimator::diagnosis {
 struct WeighedAgain {
   Selection found;             // explained
   std::vector<RunDatum> data;  // as the best hypothesis weighs them
+  std::string differ;          // what it tells of the runs' zeros; empty: nothing new
 };
 
 // Return a hypothesis that is a better guide than the base model, or null. The first takes the best
 // of a search that explains nothing, if it closes most of the gap; the second that of a search by
 // shares of the gap, if it leaves no more than a few times the noise of `data`.
-const Hypothesis* guide_of(const Selection& searched);
+const Hypothesis* guide_of(const Selection& searched, const std::vector<RunDatum>& data);
 const Hypothesis* guide_near_noise(const Selection& by_gap, const std::vector<RunDatum>& data);
 
 // Repeats the search with the errors from `guide`, with the guide among its hypotheses and with the

@@ -224,11 +224,24 @@ TEST(Refits, StartsTheRicherEffectAsItsSpecialCase) {
 
 // What rigid oil does beside viscous damping is in no parameter of the richer effect.
 TEST(Refits, TellsWhichEffectsCanStartAsTheirSpecialCase) {
-  for (const char* effect : {"stribeck_friction", "presliding_friction", "bouc_wen_hysteresis",
-                             "bouc_wen_hysteresis over current"})
-    EXPECT_TRUE(holds_all_of_simpler(effect)) << effect;
-  for (const char* effect : {"oil_compressibility", "coulomb_friction", "end_stop"})
-    EXPECT_FALSE(holds_all_of_simpler(effect)) << effect;
+  EXPECT_TRUE(holds_all_of("stribeck_friction", "coulomb_friction"));
+  EXPECT_TRUE(holds_all_of("presliding_friction", "coulomb_friction"));
+  EXPECT_TRUE(holds_all_of("bouc_wen_hysteresis", "presliding_friction"));
+  EXPECT_TRUE(holds_all_of("bouc_wen_hysteresis over current", "presliding_friction over current"));
+  EXPECT_TRUE(holds_all_of("power_damping", "viscous_damping"));
+  EXPECT_FALSE(holds_all_of("power_damping", "coulomb_friction"));
+  EXPECT_FALSE(holds_all_of("oil_compressibility", "viscous_damping"));
+  EXPECT_FALSE(holds_all_of("coulomb_friction", "end_stop"));
+}
+
+TEST(Refits, KnowsEveryEffectThatAnotherHoldsAsASpecialCase) {
+  EXPECT_EQ(
+      simpler_than("power_damping over current"),
+      (std::vector<std::string>{"viscous_damping over current", "coulomb_friction over current"}));
+  EXPECT_TRUE(related("bouc_wen_hysteresis", "coulomb_friction"));
+  EXPECT_TRUE(related("viscous_damping", "power_damping"));
+  EXPECT_FALSE(related("stribeck_friction", "power_damping"));
+  EXPECT_TRUE(simpler_than("end_stop").empty());
 }
 
 }  // namespace

@@ -177,6 +177,12 @@ Formulas orifices() {
        {[](const Seen& s) { return E{s.t[0] * s.v / std::sqrt(1.0 + std::pow(s.v / s.t[1], 2))}; },
         {1.3, 0.08},
         {}}},
+      {"power_damping",
+       {[](const Seen& s) {
+          return E{s.t[0] * s.v * std::pow(smooth(s.v, s.c[0]) / s.c[1], s.t[1] - 1.0)};
+        },
+        {1.3, 0.35},
+        {0.02, 0.4}}},
       {"relief_valve",
        {[](const Seen& s) {
           return E{-(1.0 - s.t[1]) * ramp(orifice(s.t[2], s.v) - s.t[0], s.c[0])};
