@@ -116,6 +116,14 @@ std::optional<Hypothesis> known_of(const Selection& found, const std::vector<Run
   return found.hypotheses[*answer];
 }
 
+Diagnosis said_of_own_errors(const WeighedAgain& again, const std::vector<SteadyRun>& runs,
+                             const std::vector<Candidate>& catalogue, const Progress& progress) {
+  progress("drawing up", 0.95);
+  Diagnosis said = assemble(again.found, again.data, runs, catalogue, again.data);
+  if (!again.differ.empty()) said.warnings.push_back(again.differ);
+  return said;
+}
+
 // Maps the progress of a search to the part from `from` to `to` of the whole.
 std::function<void(double)> naming_between(const Progress& progress, double from, double to) {
   return [&progress, from, to](double share) { progress("naming", from + (to - from) * share); };
@@ -157,12 +165,10 @@ Diagnosis searched(HarmonicFit base, const std::vector<RunDatum>& data,
                                    named(0.6, 0.9), first.cut_short);
   };
   const auto said_of_own = [&](const WeighedAgain& again) {
-    progress("drawing up", 0.95);
-    Diagnosis said = assemble(again.found, again.data, runs, catalogue, again.data);
-    if (!again.differ.empty()) said.warnings.push_back(again.differ);
-    return said;
+    return said_of_own_errors(again, runs, catalogue, progress);
   };
-  if (const auto again = by_own_errors(guide_of(first, data), kLeftByOwn)) return said_of_own(*again);
+  if (const auto again = by_own_errors(guide_of(first, data), kLeftByOwn))
+    return said_of_own(*again);
   if (!first.explained) {
     if (auto said = said_of_run_constants(first, data, runs, catalogue, selection)) return *said;
   }

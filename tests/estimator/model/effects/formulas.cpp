@@ -167,6 +167,24 @@ Formulas orifices() {
         },
         {0.8, 0.3, -0.5, 0.9, 16.7},
         {}}},
+      {"relief_valve",
+       {[](const Seen& s) {
+          return E{-(1.0 - s.t[1]) * ramp(orifice(s.t[2], s.v) - s.t[0], s.c[0])};
+        },
+        {2.0, 0.25, 16.7},
+        {0.5}}},
+      {"cavitation",
+       {[](const Seen& s) {
+          const C excess = -orifice(s.t[1], s.v) * s.t[2] - s.t[0];
+          return E{s.v.real() < 0.0 ? ramp(excess, s.c[0]) - ramp(-s.t[0], s.c[0]) : C(0.0)};
+        },
+        {1.5, 16.7, 1.3},
+        {0.4}}},
+  };
+}
+
+Formulas dampings() {
+  return {
       {"one_sided_damping",
        {[](const Seen& s) { return E{0.5 * s.t[0] * (s.v + smooth(s.v, s.c[0]))}; },
         {-0.7},
@@ -183,19 +201,6 @@ Formulas orifices() {
         },
         {1.3, 0.35},
         {0.02, 0.4}}},
-      {"relief_valve",
-       {[](const Seen& s) {
-          return E{-(1.0 - s.t[1]) * ramp(orifice(s.t[2], s.v) - s.t[0], s.c[0])};
-        },
-        {2.0, 0.25, 16.7},
-        {0.5}}},
-      {"cavitation",
-       {[](const Seen& s) {
-          const C excess = -orifice(s.t[1], s.v) * s.t[2] - s.t[0];
-          return E{s.v.real() < 0.0 ? ramp(excess, s.c[0]) - ramp(-s.t[0], s.c[0]) : C(0.0)};
-        },
-        {1.5, 16.7, 1.3},
-        {0.4}}},
   };
 }
 
@@ -293,7 +298,7 @@ Formulas exciters() {
 const std::map<std::string, Formula>& formulas() {
   static const Formulas all = [] {
     Formulas joined = springs_and_inertias();
-    for (Formulas part : {frictions(), orifices(), gas_and_oil(), exciters()})
+    for (Formulas part : {frictions(), orifices(), dampings(), gas_and_oil(), exciters()})
       joined.merge(part);
     return joined;
   }();
