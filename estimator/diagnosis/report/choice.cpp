@@ -4,7 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "estimator/diagnosis/report/internal/model_probabilities.hpp"
 #include "estimator/diagnosis/select/internal/nesting.hpp"
 #include "estimator/diagnosis/select/internal/weights.hpp"
 
@@ -16,15 +15,16 @@ namespace {
 
 constexpr std::size_t kMostEffects = 3;
 constexpr double kNearlyAll = 0.99;  // of chi-squared that the richer one closes
-constexpr double kLikely = 0.5;      // of chance
 
-// The same effects, but for one that does no more than a simpler one in its place.
-bool only_richer(const Hypothesis& h, const Hypothesis& simple) {
+// The same effects, but for one that does no more than a simpler one in its place: the fit allows
+// that, or stands there.
+bool only_richer(const Hypothesis& h, const Hypothesis& simple, bool allowed) {
   return std::any_of(h.effects.begin(), h.effects.end(), [&](const std::string& effect) {
     const auto special = simpler_than(effect);
     return std::any_of(special.begin(), special.end(), [&](const std::string& simpler) {
       return with_instead(h.effects, effect, simpler) == simple.effects &&
-             reduces(*h.fit, effect, simpler);
+             (allowed ? reduces(*h.fit, effect, simpler)
+                      : is_special_case(*h.fit, effect, simpler));
     });
   });
 }
@@ -52,9 +52,8 @@ const Hypothesis* Choice::heaviest(std::size_t most) const {
 }
 
 // A record has no corners that are sharper than its samples: what a static peak as narrow as that
-// gains there beside the simpler effect is the corner's. Where something unknown is left, a richer
-// effect that the data allow to be the simpler one gains by imitating that, unless it gains more than
-// is likely by chance.
+// gains there beside the simpler effect is the corner's. Where something unknown is left, an effect at
+// the end of its range that is a simpler one only imitates it.
 void Choice::name_simpler() {
   const bool corners = on_samples(data_);
   if (chosen_ == nullptr || (found_.explained && !corners)) return;
@@ -62,9 +61,7 @@ void Choice::name_simpler() {
   const double before = found_.base.fit->chi_squared;
   const double least = before - kNearlyAll * (before - best.fit->chi_squared);
   for (const Hypothesis& h : found_.hypotheses) {
-    if (counts(h) && h.fit->chi_squared < least && only_richer(best, h) &&
-        (corners || chance_to_imitate(left_of(best, h), 1) > kLikely))
-      chosen_ = &h;
+    if (counts(h) && h.fit->chi_squared < least && only_richer(best, h, corners)) chosen_ = &h;
   }
 }
 

@@ -65,6 +65,27 @@ bool holds(std::string_view richer, std::string_view simpler) {
                      [&](const std::string& s) { return s == simpler || holds(s, simpler); });
 }
 
+// True if what makes the effect richer stands within so many standard errors of the special case.
+bool stands_within(double errors, const HarmonicFit& fit, std::string_view effect,
+                   std::string_view simpler) {
+  const auto& parameters = fit.model->parameters();
+  const auto stands = [&](const Special& special) {
+    for (std::size_t k = parameters.size(); k-- > 0;) {
+      const ModelParameter& p = parameters[k];
+      if (p.effect != effect || p.symbol != special.symbol) continue;
+      const double value = value_of(special, p);
+      const double near = errors > 0.0 ? errors * fit.standard_error(static_cast<int>(k)) : 0.0;
+      return std::fabs(fit.theta[k] - value) <= near + kRounding * std::fabs(value);
+    }
+    return false;
+  };
+  return std::any_of(nestings().begin(), nestings().end(), [&](const Nesting& n) {
+    return n.richer == config::driven(effect).effect &&
+           n.simpler == config::driven(simpler).effect &&
+           std::all_of(n.where.begin(), n.where.end(), stands);
+  });
+}
+
 }  // namespace
 
 std::vector<std::string> simpler_than(std::string_view effect) {
@@ -97,22 +118,11 @@ bool related(std::string_view a, std::string_view b) {
 }
 
 bool reduces(const HarmonicFit& fit, std::string_view effect, std::string_view simpler) {
-  const auto& parameters = fit.model->parameters();
-  const auto stands = [&](const Special& special) {
-    for (std::size_t k = parameters.size(); k-- > 0;) {
-      const ModelParameter& p = parameters[k];
-      if (p.effect != effect || p.symbol != special.symbol) continue;
-      const double value = value_of(special, p);
-      const double error = fit.standard_error(static_cast<int>(k));
-      return std::fabs(fit.theta[k] - value) <= 2.0 * error + kRounding * std::fabs(value);
-    }
-    return false;
-  };
-  return std::any_of(nestings().begin(), nestings().end(), [&](const Nesting& n) {
-    return n.richer == config::driven(effect).effect &&
-           n.simpler == config::driven(simpler).effect &&
-           std::all_of(n.where.begin(), n.where.end(), stands);
-  });
+  return stands_within(2.0, fit, effect, simpler);
+}
+
+bool is_special_case(const HarmonicFit& fit, std::string_view effect, std::string_view simpler) {
+  return stands_within(0.0, fit, effect, simpler);
 }
 
 bool reduces(const HarmonicFit& fit, std::string_view effect) {

@@ -23,6 +23,8 @@ bool related(std::string_view a, std::string_view b);
 // (or at the bound) of that simpler effect, or of any.
 bool reduces(const HarmonicFit& fit, std::string_view effect, std::string_view simpler);
 bool reduces(const HarmonicFit& fit, std::string_view effect);
+// True if the fit stands at the values of the simpler effect.
+bool is_special_case(const HarmonicFit& fit, std::string_view effect, std::string_view simpler);
 
 // Start values of a model that has one effect in the place of another, one of the two a special case
 // of the other, at the parameters of `fit`: a richer effect starts as its special case.
