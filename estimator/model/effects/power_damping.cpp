@@ -2,13 +2,32 @@
 // mass: fluids that thin under shear (silicone oil: alpha 0.1 to 0.5), valves on springs, and flow that is
 // neither laminar (1) nor fully turbulent (2). alpha keeps off 0 and 2, which are dry friction and an
 // orifice.
+#include "estimator/math/simd_math.hpp"
 #include "estimator/model/effects/catalogue.hpp"
-#include "estimator/model/effects/dual_effect.hpp"
 
 namespace shaker::estimator {
 namespace {
 
-class PowerDamping final : public DualEffect<PowerDamping, kSeesV, 2> {
+struct Law {
+  double c, less, e, v_r;  // less: alpha - 1
+};
+
+SHAKER_SIMD_CLONES void add(int n, const Law& law, const double* __restrict v, double* __restrict f,
+                            double* __restrict f_v, double* __restrict over_c,
+                            double* __restrict over_alpha) {
+  const double c = law.c, less = law.less, e2 = law.e * law.e, scale = 1.0 / (law.v_r * law.v_r);
+  for (int i = 0; i < n; ++i) {
+    const double square = v[i] * v[i] + e2;
+    const double half_log = 0.5 * fast_log(square * scale);
+    const double power = fast_exp(less * half_log);
+    f[i] += c * v[i] * power;
+    f_v[i] += c * power * (1.0 + less * v[i] * v[i] / square);
+    over_c[i] = v[i] * power;
+    over_alpha[i] = c * v[i] * power * half_log;
+  }
+}
+
+class PowerDamping final : public Effect {
  public:
   static constexpr ParameterInfo kParameters[] = {
       {"c_p", "1/s", 1.0, 0.0, 1e6, "damping over mass at the velocity v_r", 0.0},
@@ -27,11 +46,10 @@ class PowerDamping final : public DualEffect<PowerDamping, kSeesV, 2> {
   std::span<const ParameterInfo> parameters() const override { return kParameters; }
   std::span<const ConstantInfo> constants() const override { return kConstants; }
 
-  template <class T>
-  static bool formula(const Local<T, 0>& at, const T* theta, const double* constants, T& f, T*) {
-    using std::exp, std::log;
-    const T speed = (square(at.v) + square(constants[0])) / square(constants[1]);
-    f = theta[0] * at.v * exp(0.5 * (theta[1] - 1.0) * log(speed));
+  bool evaluate(const Points& at, const double* theta, const double* constants,
+                const Forces& out) const override {
+    add(at.n, {theta[0], theta[1] - 1.0, constants[0], constants[1]}, at.v, out.f, out.f_v,
+        out.f_theta[0], out.f_theta[1]);
     return true;
   }
 };
