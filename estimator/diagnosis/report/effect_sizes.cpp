@@ -1,9 +1,10 @@
 #include "estimator/diagnosis/report/internal/effect_sizes.hpp"
 
 #include <cmath>
+#include <optional>
 
 #include "estimator/math/dense.hpp"
-#include "estimator/model/effects/effect.hpp"
+#include "estimator/model/effects/catalogue.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {
