@@ -68,8 +68,8 @@ bool holds(std::string_view richer, std::string_view simpler) {
 // True if what makes the effect richer stands within so many standard errors of the special case.
 bool stands_within(double errors, const HarmonicFit& fit, std::string_view effect,
                    std::string_view simpler) {
-  const auto& parameters = fit.model->parameters();
   const auto stands = [&](const Special& special) {
+    const auto& parameters = fit.model->parameters();
     for (std::size_t k = parameters.size(); k-- > 0;) {
       const ModelParameter& p = parameters[k];
       if (p.effect != effect || p.symbol != special.symbol) continue;
