@@ -62,7 +62,7 @@ TEST_F(RealDynamometer, MagnetoRheologicalDamperLacksHysteresis) {
   // Hysteresis, either with Dahl's two parameters or with the four of Bouc-Wen, which include
   // them.
   EXPECT_THAT(d.effects[0].name, ::testing::AnyOf("presliding_friction", "bouc_wen_hysteresis"));
-  EXPECT_LT(d.gap.after, 0.5 * d.gap.before);
+  EXPECT_LT(d.gap.after, 0.4 * d.gap.before);
 }
 
 TEST_F(RealDynamometer, MagnetoRheologicalDamperWithCurrentLacksHysteresis) {

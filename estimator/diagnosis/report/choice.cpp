@@ -16,8 +16,8 @@ namespace {
 constexpr std::size_t kMostEffects = 3;
 constexpr double kNearlyAll = 0.99;  // of chi-squared that the richer one closes
 
-// The same effects, but for one that does no more than a simpler one in its place: the fit allows
-// that, or stands there.
+// True if `simple` has the same effects but for a special case of one. `allowed`: the fit must allow
+// the special case; otherwise it must stand there.
 bool only_richer(const Hypothesis& h, const Hypothesis& simple, bool allowed) {
   return std::any_of(h.effects.begin(), h.effects.end(), [&](const std::string& effect) {
     const auto special = simpler_than(effect);

@@ -23,7 +23,7 @@ std::optional<double> absent_value(const ModelParameter& p) {
   return std::nullopt;
 }
 
-// How far each parameter is from where the effect is not: theta without the effect less theta.
+// Theta less its values without the effect; 0 for all other parameters.
 VectorXd way_to_effect(const HarmonicFit& fit, std::size_t base, const std::string& effect) {
   const auto& parameters = fit.model->parameters();
   VectorXd way = VectorXd::Zero(static_cast<Index>(parameters.size()));
