@@ -21,7 +21,7 @@ namespace {
 
 constexpr const char* kLine = "own_force";
 constexpr const char* kState = "own";
-constexpr double kByChance = 1e-3;  // that equal records seem to differ
+constexpr double kForcesByChance = 1e-3;  // that equal records seem to differ
 
 // The unit of the force keeps the state of order 1, whose prior is a standard normal density.
 config::EffectSpec constant_force(double largest) {
@@ -110,7 +110,7 @@ std::optional<OwnForces> let_forces_differ(HarmonicFit& fit, double largest,
   if (!same.trouble.empty() || !own.trouble.empty()) return std::nullopt;
   const double gain = spectrum_gain({own, data}, {same, data});
   const auto more = static_cast<double>(recordings.size() - 1);
-  if (!(gain > 0.0) || chi_squared_above(gain, more) > kByChance) return std::nullopt;
+  if (!(gain > 0.0) || chi_squared_above(gain, more) > kForcesByChance) return std::nullopt;
   const auto forces = forces_of(own, data, largest);
   std::vector<std::string> each;
   for (const auto& [record, force] : forces)

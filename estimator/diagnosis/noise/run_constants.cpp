@@ -28,14 +28,14 @@ using Eigen::VectorXd;
 constexpr std::size_t kFewestRuns = 3;
 constexpr double kMinLikelihoodGain =
     8.0;  // of the gain: four sizes at their bound have it by chance once in 1000
-constexpr double kByChance = 0.01;       // that noise alone makes such a scatter of the means
+constexpr double kZerosByChance = 0.01;  // that noise alone makes such a scatter of the means
 constexpr double kMeanOfMissed = 0.1;    // of a missed motion, by which what is missing moves means
 constexpr double kMostDifference = 0.1;  // of what it moves, over the response
 constexpr double kLeastDifference = 1e-6;          // the same
 constexpr int kComponents = 4;                     // zero, force, gas pressure, damping
 constexpr double kSteps[] = {4.0, 2.0, 1.4, 1.2};  // ratios of the grid, one after the other
 
-using Sizes = std::array<double, kComponents>;
+using ConstantSizes = std::array<double, kComponents>;
 
 // One run in a basis where its noise is independent and of unit size.
 struct Run {
@@ -69,7 +69,7 @@ class Likelihood {
   }
 
   // Restricted: the parameters have a flat prior, near the fit.
-  double at(const Sizes& sizes) const {
+  double at(const ConstantSizes& sizes) const {
     const Index inner = 1 + parameters_;
     MatrixXd all = MatrixXd::Zero(inner, inner);
     double determinant = 0.0;
@@ -163,21 +163,21 @@ std::vector<Run> runs_of(const HarmonicFit& fit, const std::vector<RunDatum>& fi
 }
 
 // Each in turn, on a grid of ratios that gets finer.
-Sizes likeliest(const Likelihood& likelihood, const Sizes& largest) {
-  Sizes best{};
+ConstantSizes likeliest(const Likelihood& likelihood, const ConstantSizes& largest) {
+  ConstantSizes best{};
   double most = likelihood.at(best);
   for (const double step : kSteps) {
     for (std::size_t k = 0; k < best.size(); ++k) {
-      const Sizes middle = best;
+      const ConstantSizes middle = best;
       for (double size = largest[k]; size > kLeastDifference * largest[k]; size /= step) {
-        Sizes now = middle;
+        ConstantSizes now = middle;
         now[k] = size;
         const double probable = likelihood.at(now);
         if (!(probable > most)) continue;
         most = probable;
         best = now;
       }
-      Sizes without = best;
+      ConstantSizes without = best;
       without[k] = 0.0;
       if (const double probable = likelihood.at(without); probable > most) {
         most = probable;
@@ -246,18 +246,18 @@ std::optional<WithRunConstants> with_run_constants(const HarmonicFit& fit,
   if (recordings_in(fitted) < kFewestRuns || fit.free.empty()) return std::nullopt;
   std::vector<Run> runs = runs_of(fit, fitted, options);
   double response = 0.0;
-  Sizes influence{};
+  ConstantSizes influence{};
   for (const Run& run : runs) {
     if (!run.columns.allFinite()) return std::nullopt;
     response = std::max(response, root_mean_square(data[run.index].response));
     for (std::size_t k = 0; k < influence.size(); ++k)
       influence[k] = std::max(influence[k], run.influence.col(static_cast<Index>(k)).norm());
   }
-  Sizes largest{};
+  ConstantSizes largest{};
   for (std::size_t k = 0; k < largest.size(); ++k)
     largest[k] = influence[k] > 0.0 ? kMostDifference * response / influence[k] : 0.0;
   const Likelihood likelihood(runs, static_cast<Index>(fit.free.size()));
-  const Sizes sizes = likeliest(likelihood, largest);
+  const ConstantSizes sizes = likeliest(likelihood, largest);
   WithRunConstants out;
   out.constants = {sizes[0], sizes[1], sizes[2], sizes[3],
                    likelihood.at(sizes) - likelihood.at({})};
@@ -296,11 +296,11 @@ std::string let_zeros_differ(const HarmonicFit& fit, const std::string& unit,
   for (const double x : found->left)
     scatter += std::pow(x - mean, 2);
   const double expected = found->expected / runs;
-  const bool differ = several && chi_squared_above(scatter / expected, freedom) <= kByChance;
+  const bool differ = several && chi_squared_above(scatter / expected, freedom) <= kZerosByChance;
   const double of_mean = std::max(expected, scatter / freedom) / runs;
   // A zero of the displacement that several recordings share is the sensor's: sensor_offset.
   const bool common = (found->of_force || !several) && rests_at_zero(*fit.model, fit.theta) &&
-                      chi_squared_above(mean * mean / of_mean, 1.0) <= kByChance;
+                      chi_squared_above(mean * mean / of_mean, 1.0) <= kZerosByChance;
   if (!differ && !common) return {};
   const double variance = (differ ? scatter / freedom : 0.0) + (common ? mean * mean : 0.0);
   std::vector<std::string> each;

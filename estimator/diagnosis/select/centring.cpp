@@ -19,10 +19,10 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kTrifle = 0.1;                // of chi-squared, that a step promises
-constexpr double kDifference = 1e-3;           // of the place
-constexpr double kReach = 0.25;                // of the place, of a first step
-constexpr int kRounds = 12, kFollowing = 200;  // steps of the parameters that follow
+constexpr double kTrifle = 0.1;                        // of chi-squared, that a step promises
+constexpr double kDifference = 1e-3;                   // of the place
+constexpr double kReach = 0.25;                        // of the place, of a first step
+constexpr int kCentringRounds = 12, kFollowing = 200;  // steps of the parameters that follow
 
 struct CentringStep {
   double place = 0.0;
@@ -110,7 +110,7 @@ void Refits::centre(Hypothesis& h, std::size_t line) const {
   // friction along a motion to one side.
   const MotionRange range = range_of(data_);
   const double low = std::min(range.low, given->second), high = std::max(range.high, given->second);
-  for (int round = 0; round < kRounds && std::isfinite(h.fit->chi_squared); ++round) {
+  for (int round = 0; round < kCentringRounds && std::isfinite(h.fit->chi_squared); ++round) {
     const HarmonicFit& now = *h.fit;
     const double place = now.spec.effects[line].constants.at("u0");
     const auto lower = about(now, line, place - difference, now.theta, 0);

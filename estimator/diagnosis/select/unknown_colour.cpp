@@ -10,7 +10,8 @@ namespace shaker::estimator::diagnosis {
 namespace {
 
 constexpr double kChosenByChance = 1e-7;  // three effects of some forty may be chosen
-constexpr int kRounds = 3;  // of constants and spectrum in turn: the third changes neither by much
+constexpr int kColourRounds =
+    3;  // of constants and spectrum in turn: the third changes neither by much
 
 const Hypothesis* best_of(const Selection& found) {
   if (found.best >= found.hypotheses.size()) return nullptr;
@@ -73,7 +74,7 @@ std::optional<BesideConstants> beside_constants(const HarmonicFit& left,
   for (RunDatum& datum : noise)
     datum.budget = std::make_shared<EvaluationBudget>();  // a fixed amount of work
   const HarmonicFit* near = &left;
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kColourRounds; ++round) {
     auto with = with_run_constants(*near, round == 0 ? fitted : noise, noise, options);
     if (!with) return std::nullopt;
     HarmonicFit again = fit_harmonics(left.spec, with->data, near->theta, near, options);

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kBetterGuide = 0.1;  // of chi-squared, that the best leaves at most
 constexpr double kHopeless = 100.0;   // of chi-squared a datum: other errors alone do not mend that
-constexpr double kNearNoise = 3.0;    // root mean square of what is left, over the noise's
+constexpr double kGuideNearNoise = 3.0;  // root mean square of what is left, over the noise's
 
 const Hypothesis* admissible_best(const Selection& found) {
   if (found.best >= found.hypotheses.size()) return nullptr;
@@ -68,7 +68,7 @@ const Hypothesis* guide_near_noise(const Selection& by_gap, const std::vector<Ru
     left += std::pow(root_mean_square(fitted[r].response - best->fit->predictions[r].value()), 2);
     noise += std::pow(root_mean_square(data[r].error), 2);
   }
-  return left < kNearNoise * kNearNoise * noise ? best : nullptr;
+  return left < kGuideNearNoise * kGuideNearNoise * noise ? best : nullptr;
 }
 
 std::optional<WeighedAgain> explained_by_own_errors(
