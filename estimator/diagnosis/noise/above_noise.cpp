@@ -14,7 +14,7 @@ namespace {
 constexpr double kDrowned = 1.0;
 constexpr double kFaint = 1.0 / 3.0;
 
-struct GapSizes {
+struct MotionAndError {
   const RunDatum* run = nullptr;
   double motion = 0.0, error = 0.0;
   double share() const {
@@ -45,8 +45,8 @@ double motion_in(const RunDatum& datum) {
 
 Result<void> above_noise(const std::vector<RunDatum>& data, const std::vector<double>& motions,
                          const std::string& unit, std::vector<std::string>& warnings) {
-  std::vector<GapSizes> runs;
-  GapSizes clearest;
+  std::vector<MotionAndError> runs;
+  MotionAndError clearest;
   for (std::size_t r = 0; r < motions.size(); ++r) {
     const double error = motion_of(data[r].error);
     // What was measured holds the errors too.
@@ -63,7 +63,7 @@ Result<void> above_noise(const std::vector<RunDatum>& data, const std::vector<do
                     "give start values nearer to the damper's, as errors of the excitation count "
                     "by what the model makes of them",
                     clearest.run->name, clearest.words(unit))};
-  for (const GapSizes& run : runs) {
+  for (const MotionAndError& run : runs) {
     if (run.share() < kFaint) continue;
     warnings.push_back(
         fmt::format("run {} hardly stands out of its noise, with {}: {:.0f} % of what it does "
