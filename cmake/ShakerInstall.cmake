@@ -26,7 +26,7 @@ install(DIRECTORY protocol/schema/ DESTINATION ${CMAKE_INSTALL_DATADIR}/shakerd/
 
 # The library for other programs, which examples/ use: find_package(Shaker COMPONENTS estimator
 # estimate diagnosis), or pkg-config. It is not in the rig PC's package.
-set(shaker_installed base config math model solve integration fit records inference online estimator estimate
+set(shaker_installed base config math signal model solve integration fit records inference online estimator estimate
                      diagnosis_campaign diagnosis)
 foreach(room IN LISTS shaker_installed)
   set_target_properties(shaker_${room} PROPERTIES EXPORT_NAME ${room})
@@ -64,7 +64,7 @@ shaker_pkg_config(shaker-estimate "All that shakerctl estimate does between runs
                   -lsundials_cvodes -lsundials_nvecserial -lsundials_sunmatrixdense -lsundials_sunlinsoldense
                   -lsundials_sunnonlinsolfixedpoint)
 shaker_pkg_config(shaker-diagnosis "Names the effect that a damper's model lacks"
-                  diagnosis diagnosis_campaign solve model math config base)
+                  diagnosis diagnosis_campaign signal solve model math config base)
 
 install(DIRECTORY python/shakerd DESTINATION lib/python3/dist-packages COMPONENT python
         FILES_MATCHING PATTERN "*.py" PATTERN py.typed)

@@ -6,13 +6,12 @@
 #include <fmt/format.h>
 
 #include "daemon/cycles/cycle_noise.hpp"
+#include "estimator/signal/cycle_courses.hpp"
 
 namespace shaker::daemon {
 namespace {
 
-// 99.9 % quantile of F(9, 54): nine slopes against the scatter of 8 - 2 cycles in nine
-// coefficients.
-constexpr double kFisher = 3.62;
+constexpr double kDriftByChance = 1e-3;  // of a window without a drift
 // Lower limit of the noise, as a part of the stroke: without it a noise-free sensor would never
 // be steady.
 constexpr double kNoiseFloor = 1e-5;
@@ -66,25 +65,16 @@ std::optional<int> SteadyGate::find_subharmonic(double noise) const {
 bool SteadyGate::creeps(double noise, double& shift) const {
   constexpr double w = static_cast<double>(kWindow);
   constexpr double sxx = w * (w * w - 1.0) / 12.0;
-  double slopes = 0.0, scatter = 0.0;
+  estimator::CycleCourses::Split split;
   for (std::size_t c = 0; c < kCoefficients; ++c) {
-    double mean = 0.0, sxy = 0.0, syy = 0.0;
+    std::array<double, kWindow> course{};
     for (std::size_t age = 0; age < kWindow; ++age)
-      mean += back(age).white[c] / w;
-    for (std::size_t age = 0; age < kWindow; ++age) {
-      const double x = (w - 1.0) / 2.0 - static_cast<double>(age);
-      const double y = back(age).white[c] - mean;
-      sxy += x * y;
-      syy += y * y;
-    }
-    slopes += sxy * sxy / sxx;
-    scatter += std::max(0.0, syy - sxy * sxy / sxx);
+      course[age] = back(age).white[c];
+    split += trend_.take_out(course);
   }
-  shift = std::sqrt(slopes / sxx / static_cast<double>(points_)) * (w - 1.0) / noise;
-  const double freedom = static_cast<double>(kCoefficients) * (w - 2.0);
-  const bool significant =
-      slopes / static_cast<double>(kCoefficients) > kFisher * scatter / freedom;
-  return significant && shift > tolerance_ / 10.0;
+  shift = std::sqrt(split.follows / sxx / static_cast<double>(points_)) * (w - 1.0) / noise;
+  return trend_.by_chance(split, static_cast<double>(kCoefficients)) < kDriftByChance &&
+         shift > tolerance_ / 10.0;
 }
 
 GateVerdict SteadyGate::add(std::span<const double> cycle, double point_noise) {

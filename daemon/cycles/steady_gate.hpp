@@ -25,6 +25,8 @@
 #include <string>
 #include <vector>
 
+#include "estimator/signal/cycle_courses.hpp"
+
 namespace shaker::daemon {
 
 struct GateVerdict {
@@ -65,6 +67,7 @@ class SteadyGate {
   std::optional<int> find_subharmonic(double noise) const;
   bool creeps(double noise, double& shift) const;
 
+  estimator::CycleCourses trend_ = estimator::CycleCourses::trend(kWindow);
   std::array<Entry, kWindow> ring_;
   std::size_t newest_ = 0, count_ = 0, points_ = 0;
   int missing_ = 0;  // cycles since the newest one

@@ -8,7 +8,7 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr double kTurn = 2.0 * std::numbers::pi;
+constexpr double kRadiansPerTurn = 2.0 * std::numbers::pi;
 constexpr double kMaxDrift = 2e-3;       // in periods; an oleo's noise of about 0.1 mm hides less
 constexpr double kMaxDriftErrors = 5.0;  // in standard errors
 
@@ -27,11 +27,11 @@ std::vector<double> phases(const std::vector<double>& t, const std::vector<doubl
     const double turn = t[i] * frequency_hz - first + 1e-9;
     if (turn >= 0.0 && turn < whole)
       sums[static_cast<std::size_t>(turn)] +=
-          (excitation[i] - mean) * std::polar(1.0, -kTurn * turn);
+          (excitation[i] - mean) * std::polar(1.0, -kRadiansPerTurn * turn);
   }
   std::vector<double> out = {0.0};
   for (std::size_t k = 1; k < sums.size(); ++k)
-    out.push_back(out.back() + std::arg(sums[k] * std::conj(sums[k - 1])) / kTurn);
+    out.push_back(out.back() + std::arg(sums[k] * std::conj(sums[k - 1])) / kRadiansPerTurn);
   return out;
 }
 

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "estimator/math/harmonic_basis.hpp"
-#include "estimator/math/statistics.hpp"
+#include "estimator/signal/cycle_courses.hpp"
 
 namespace shaker::estimator {
 namespace {
@@ -24,18 +24,24 @@ constexpr std::size_t kMinCyclesInDoubt = 4, kMinPointsInDoubt = 8;
 constexpr std::size_t kMinSteadyCycles = 4;    // that are needed to decide what is steady
 constexpr double kMaxUnsteadyOverNoise = 1.5;  // as in the daemon's gate
 
-// The residual of each cycle: the cycle minus the mean of the cycles that are `periods` apart.
-std::vector<double> residual_of(const Cycles& cycles, int periods) {
-  const auto p = static_cast<std::size_t>(periods);
-  const std::size_t n = cycles.points, count = cycles.count();
-  std::vector<double> mean(p * n, 0.0), rest(cycles.y);
-  for (std::size_t i = 0; i < count * n; ++i)
-    mean[i % (p * n)] += cycles.y[i];
-  for (std::size_t i = 0; i < count * n; ++i) {
-    const std::size_t of = i % (p * n) / n;
-    rest[i] -= mean[i % (p * n)] / static_cast<double>((count - of + p - 1) / p);
+// The cycles without a pattern that repeats after `periods` of them.
+struct BesidePattern {
+  std::vector<double> y;
+  double squares = 0.0;
+};
+BesidePattern beside_pattern(const Cycles& cycles, int periods) {
+  const std::size_t n = cycles.points;
+  const auto courses = CycleCourses::repeating(cycles.count(), periods);
+  BesidePattern beside{cycles.y, 0.0};
+  std::vector<double> values(cycles.count());
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t k = 0; k < values.size(); ++k)
+      values[k] = cycles.y[k * n + i];
+    beside.squares += courses.take_out(values).rest;
+    for (std::size_t k = 0; k < values.size(); ++k)
+      beside.y[k * n + i] = values[k];
   }
-  return rest;
+  return beside;
 }
 
 double root_mean_square_of(const std::vector<double>& values) {
@@ -105,13 +111,12 @@ int best_period(const Cycles& cycles) {
 // The probability that noise alone makes cycles `from` periods apart differ by so much more
 // than cycles `to` periods apart. `numbers`: independent values in a cycle.
 double chance_of_gain(const Cycles& cycles, int from, int to, double numbers) {
-  const auto count = static_cast<double>(cycles.count());
-  const double wide = scatter_above_rounding(cycles, from);
-  const double close = scatter_above_rounding(cycles, to);
-  const double within = count - to, between = to - from;
-  const double gained = wide * wide * (count - from) - close * close * within;
-  return fisher_f_above(std::max(gained, 0.0) / between / (close * close), numbers * between,
-                        numbers * within);
+  const double within = static_cast<double>(cycles.count()) - to;
+  const double close = beside_pattern(cycles, to).squares;
+  const double rounding = kRoundingOfMotion * motion_of(cycles);
+  return probability_by_chance({beside_pattern(cycles, from).squares - close, close},
+                               numbers * (to - from), numbers * within,
+                               rounding * rounding * static_cast<double>(cycles.points) / numbers);
 }
 
 // The same test with one independent value in a cycle, because noise that drifts slowly has no
@@ -153,8 +158,8 @@ double scatter_after(const Cycles& cycles, int periods) {
   const auto p = static_cast<std::size_t>(periods);
   const std::size_t count = cycles.count();
   if (count < 2 * p) return std::numeric_limits<double>::infinity();
-  const auto all = static_cast<double>(count);
-  return root_mean_square_of(residual_of(cycles, periods)) * std::sqrt(all / (all - periods));
+  return std::sqrt(beside_pattern(cycles, periods).squares /
+                   static_cast<double>(cycles.points * (count - p)));
 }
 
 RepetitionFinding find_repetition(const Cycles& cycles, int periods) {
@@ -167,7 +172,7 @@ RepetitionFinding find_repetition(const Cycles& cycles, int periods) {
   found.kind = Repetition::other_period;
   if (kScatterRatio * found.best_scatter < found.scatter && gains(cycles, periods, found.best))
     return found;
-  found.noise = white_part(residual_of(cycles, periods), cycles.points);
+  found.noise = white_part(beside_pattern(cycles, periods).y, cycles.points);
   if (found.scatter > kMaxOverNoise * found.noise &&
       found.scatter > kMaxOfMotion * motion_of(cycles))
     found.kind = still_settles(cycles, periods) ? Repetition::settles : Repetition::never;

@@ -38,7 +38,7 @@ INNER_MAY_INCLUDE = {
     "design": {"math", "fit"},
     "drop": {"math", "model", "solve", "fit"},
     ROOT: {"model", "fit", "inference"},
-    "diagnosis": {"math", "model", "solve", "fit"},
+    "diagnosis": {"math", "signal", "model", "solve", "fit"},
     "paper": {"math", "model", "solve", "fit"},
 }
 # Folders of a room from the ground up: they share its internal headers, and include only folders before them. A file

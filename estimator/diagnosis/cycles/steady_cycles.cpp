@@ -13,9 +13,9 @@
 #include "estimator/diagnosis/cycles/internal/found_frequency.hpp"
 #include "estimator/diagnosis/cycles/internal/phase_fit.hpp"
 #include "estimator/diagnosis/cycles/internal/quantisation_step.hpp"
-#include "estimator/diagnosis/cycles/internal/stationarity.hpp"
 #include "estimator/diagnosis/cycles/internal/whole_cycles.hpp"
 #include "estimator/diagnosis/cycles/record_checks.hpp"
+#include "estimator/signal/stationarity.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {
@@ -315,7 +315,7 @@ void compare_amplitude(const Recording& r, const PhaseFit& phase, SteadyRun& run
 }
 
 void look_for_order(SteadyRun& run) {
-  const Stationarity after = examine(run.response, scatter_of_steps(run));
+  const Stationarity after = stationarity_of(run.response, scatter_of_steps(run));
   run.subharmonic = after.subharmonic;
   run.drifting = after.trend;
   run.dying = after.dying;

@@ -18,7 +18,8 @@ std::span<const EffectKind> effect_kinds() {
       {"behaviour of the gas",
        {"gas_heat_transfer", "dissolved_gas", "real_gas", "second_chamber"}},
       {"stiffness that follows the stroke",
-       {"linear_stiffness", "quadratic_stiffness", "cubic_stiffness", "end_stop"}},
+       {"linear_stiffness", "quadratic_stiffness", "cubic_stiffness", "quintic_stiffness",
+        "end_stop"}},
       {"give in the load path", {"oil_compressibility", "series_compliance", "free_play"}}};
   return all;
 }

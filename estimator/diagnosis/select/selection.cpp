@@ -16,8 +16,10 @@
 namespace shaker::estimator::diagnosis {
 namespace {
 
-constexpr int kExchanges = 2;        // for each effect of the best
-constexpr int kPairs = 3;            // of effects that only act together
+constexpr int kExchanges = 2;  // for each effect of the best
+constexpr int kPairs = 3;      // of effects that only act together
+// Effects by which a hypothesis of one effect is extended, and one of more.
+constexpr int kExtensionsOfOne = 6, kExtensionsOfMore = 4;
 constexpr double kNearlyAll = 0.01;  // of chi-squared, left by one effect that closes the gap alone
 constexpr double kMinRefitGain = 5.0;  // of chi-squared: less is chance
 constexpr double kMaxNearRatio = 4.0;  // of chi-squared, times the best one's
@@ -103,7 +105,8 @@ class Search {
         // A copy: extending the search makes the vector grow.
         const Hypothesis parent = found_.hypotheses[level[i]];
         const auto& scoring = candidate_set_.scored(parent.rounded ? parent.rounded : parent.fit);
-        for (const std::size_t h : extend(parent, scoring, size == 2 ? 5 : 3))
+        for (const std::size_t h :
+             extend(parent, scoring, size == 2 ? kExtensionsOfOne : kExtensionsOfMore))
           next.push_back(h);
       }
       if (next.empty()) break;
@@ -113,7 +116,7 @@ class Search {
       prune();
       if (!options_.by_gap && candidate_set_.left_by_best() > kMaxRemainingShare * before) break;
     }
-    while (!candidate_set_.settled() && exchanged())
+    while (exchanged())
       candidate_set_.choose();
   }
 

@@ -39,6 +39,7 @@ std::span<const Effect* const> catalogue() {
       &linear_stiffness(),
       &quadratic_stiffness(),
       &cubic_stiffness(),
+      &quintic_stiffness(),
       &added_mass(),
       &series_compliance(),
       &tyre(),

@@ -58,6 +58,7 @@ const Effect& cavitation();
 const Effect& linear_stiffness();
 const Effect& quadratic_stiffness();
 const Effect& cubic_stiffness();
+const Effect& quintic_stiffness();
 const Effect& added_mass();
 const Effect& series_compliance();
 const Effect& tyre();

@@ -1,6 +1,7 @@
 // A linear oscillator is fitted to two free decays of a force, one to each side.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -11,11 +12,12 @@
 
 namespace shaker::estimator::diagnosis::testing {
 
-inline Result<Diagnosis> diagnosis_of_decays(const std::function<double(double, double)>& force) {
+inline Result<Diagnosis> diagnosis_of_decays(const std::function<double(double, double)>& force,
+                                             std::array<double, 2> starts = {0.1, -0.08}) {
   Campaign campaign;
   campaign.name = "decays";
   std::uint64_t seed = 1;
-  for (const double start : {0.1, -0.08}) {
+  for (const double start : starts) {
     campaign.runs.push_back(decay_of(force, {start, 8.0, 100.0, 2e-5, seed++}));
     campaign.runs.back().name = "r" + std::to_string(seed);
   }

@@ -1,4 +1,4 @@
-#include "estimator/diagnosis/cycles/internal/stationarity.hpp"
+#include "estimator/signal/stationarity.hpp"
 
 #include <algorithm>
 #include <array>

@@ -63,6 +63,8 @@ Formulas springs_and_inertias() {
        {[](const Seen& s) { return E{s.t[0] * (s.u - s.c[0]) * (s.u - s.c[0])}; }, {0.6}, {0.01}}},
       {"cubic_stiffness",
        {[](const Seen& s) { return E{s.t[0] * std::pow(s.u - s.c[0], 3)}; }, {0.8}, {-0.02}}},
+      {"quintic_stiffness",
+       {[](const Seen& s) { return E{s.t[0] * std::pow(s.u - s.c[0], 5)}; }, {0.9}, {0.015}}},
       {"end_stop",
        {[](const Seen& s) {
           const C depth = s.u - s.t[2];

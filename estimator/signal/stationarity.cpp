@@ -1,14 +1,14 @@
-#include "estimator/diagnosis/cycles/internal/stationarity.hpp"
+#include "estimator/signal/stationarity.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
+#include <vector>
 
-#include "estimator/math/dense.hpp"
-#include "estimator/math/harmonic_basis.hpp"
-#include "estimator/math/statistics.hpp"
+#include "estimator/signal/cycle_courses.hpp"
 
-namespace shaker::estimator::diagnosis {
+namespace shaker::estimator {
 namespace {
 
 using Eigen::Index;
@@ -17,11 +17,6 @@ using Eigen::VectorXd;
 
 constexpr double kTrendProbability = 1e-3;
 constexpr double kSubharmonicProbability = 1e-6;
-
-double upper_tail(double ratio, double numerator, double denominator) {
-  if (!(ratio > 0.0) || !std::isfinite(ratio)) return ratio > 0.0 ? 0.0 : 1.0;
-  return fisher_f_above(ratio, numerator, denominator);
-}
 
 // Standard deviation of each component from the differences of neighbours, which a slow drift
 // hardly touches; cosine and sine of a harmonic share theirs.
@@ -35,50 +30,49 @@ VectorXd scale_of(const MatrixXd& cycles, double expected) {
   return variance.cwiseMax(std::max(least, expected * expected)).cwiseSqrt();
 }
 
-// Share of the scatter that follows the given courses over the cycles, as an F test's probability.
+// The cycles without their mean and the courses, and how their scatter splits.
+struct Rest {
+  MatrixXd cycles;
+  CycleCourses::Split split;
+};
+
+Rest rest_beside(const CycleCourses& courses, const MatrixXd& cycles) {
+  Rest rest{cycles, {}};
+  for (Index c = 0; c < cycles.cols(); ++c)
+    rest.split += courses.take_out({rest.cycles.col(c).data(), courses.cycles()});
+  return rest;
+}
+
 // `least`: square of a row's scatter that is expected anyhow.
-double probability_of(const MatrixXd& scaled, const MatrixXd& courses, double least) {
-  const auto n = static_cast<double>(scaled.rows());
-  const auto p = static_cast<double>(scaled.cols());
-  const auto q = static_cast<double>(courses.cols());
-  MatrixXd basis(scaled.rows(), courses.cols() + 1);
-  basis << VectorXd::Ones(scaled.rows()), courses;
-  const MatrixXd centred = scaled.rowwise() - scaled.colwise().mean();
-  const MatrixXd left = scaled - basis * least_squares(basis, scaled);
-  const double rest = left.squaredNorm();
-  const double explained = centred.squaredNorm() - rest;
-  const double freedom = n - 1.0 - q;
-  if (freedom < 1.0) return 1.0;
-  return upper_tail((explained / q) / std::max(rest / freedom, least), p * q, p * freedom);
+double chance_of(const CycleCourses& courses, const MatrixXd& scaled, double least) {
+  const auto components = static_cast<double>(scaled.cols());
+  return courses.by_chance(rest_beside(courses, scaled).split, components, least / components);
 }
 
 double trend_probability(const MatrixXd& scaled, double least) {
-  return probability_of(scaled, VectorXd::LinSpaced(scaled.rows(), -1.0, 1.0), least);
+  return chance_of(CycleCourses::trend(static_cast<std::size_t>(scaled.rows())), scaled, least);
 }
 
-constexpr Index kSunk = 2, kFewestToSpare = 8;
+// Cycles that are dropped beside the transient, where so many are left that they can be spared.
+constexpr Index kCyclesOfSunkTransient = 2, kMinCyclesToSpare = 8;
 constexpr double kDyingProbability = 0.01;
-constexpr double kLasts = 0.25;  // of its size, from the first cycle to the last
+// The decays that are tried: from one that leaves this share from the first cycle to the last.
+constexpr double kMaxRemainingShare = 0.25, kStepOfDecay = 0.95;
 constexpr int kDecays = 20;
-constexpr double kFaster = 0.95;
-constexpr double kAside = 0.6, kTurn = 0.05;  // rad a cycle
+constexpr double kMaxDetuning = 0.6, kStepOfDetuning = 0.05;  // rad a cycle
 
-MatrixXd residuals(const MatrixXd& cycles, const MatrixXd& courses) {
-  MatrixXd basis(cycles.rows(), courses.cols() + 1);
-  basis << VectorXd::Ones(cycles.rows()), courses;
-  return cycles - basis * least_squares(basis, cycles);
-}
-
-// Cosine and sine of a turn a cycle, which shrink with every one.
-MatrixXd damped(Index cycles, double decay, double angle) {
-  MatrixXd courses(cycles, 2);
+// Cosine and sine of a turn of `angle` a cycle, which shrink by `decay` with every one. A turn of pi
+// that lasts is a cosine alone.
+CycleCourses turning(Index cycles, double decay, double angle) {
+  std::vector<std::vector<double>> courses(2);
   for (Index k = 0; k < cycles; ++k) {
     const auto cycle = static_cast<double>(k);
     const double size = std::pow(decay, cycle);
-    courses(k, 0) = size * std::cos(angle * cycle);
-    courses(k, 1) = size * std::sin(angle * cycle);
+    courses[0].push_back(size * std::cos(angle * cycle));
+    courses[1].push_back(size * std::sin(angle * cycle));
   }
-  return courses;
+  if (decay == 1.0 && angle == std::numbers::pi) courses.pop_back();
+  return CycleCourses(static_cast<std::size_t>(cycles), courses);
 }
 
 // An oscillation that dies, said of cycles that seem to repeat only every so many of them.
@@ -94,21 +88,23 @@ double components_of(const MatrixXd& left) {
   return power.sum() > 0.0 ? power.sum() * power.sum() / power.squaredNorm() : 1.0;
 }
 
-struct Damped {
-  MatrixXd courses, left;
-  double decay = 0.0;  // 0: what lasts leaves least
+struct Turning {
+  CycleCourses courses;
+  Rest rest;
+  double decay = 1.0;
 };
 
-Damped best_damped(const MatrixXd& cycles, const MatrixXd& lasting, double angle) {
+Turning best_turning(const MatrixXd& cycles, double angle) {
   const Index n = cycles.rows();
-  const double slowest = std::pow(kLasts, 1.0 / static_cast<double>(n - 1));
-  Damped best{lasting, residuals(cycles, lasting), 0.0};
+  const double slowest = std::pow(kMaxRemainingShare, 1.0 / static_cast<double>(n - 1));
+  const CycleCourses lasting = turning(n, 1.0, angle);
+  Turning best{lasting, rest_beside(lasting, cycles), 1.0};
   for (int d = 0; d < kDecays; ++d) {
-    const double decay = slowest * std::pow(kFaster, d);
-    for (double aside = -kAside; aside <= kAside; aside += kTurn) {
-      const MatrixXd courses = damped(n, decay, angle + aside);
-      const MatrixXd left = residuals(cycles, courses);
-      if (left.squaredNorm() < best.left.squaredNorm()) best = {courses, left, decay};
+    const double decay = slowest * std::pow(kStepOfDecay, d);
+    for (double aside = -kMaxDetuning; aside <= kMaxDetuning; aside += kStepOfDetuning) {
+      const CycleCourses courses = turning(n, decay, angle + aside);
+      Rest rest = rest_beside(courses, cycles);
+      if (rest.split.rest < best.rest.split.rest) best = {courses, std::move(rest), decay};
     }
   }
   return best;
@@ -118,25 +114,23 @@ Damped best_damped(const MatrixXd& cycles, const MatrixXd& lasting, double angle
 // its frequency shrinks and turns. Seen in the cycles' own unit: an alternation makes the scatter
 // of each component about as large as itself, and in units of that, how it shrinks is lost among
 // components that hardly alternate. Whether it has sunk is asked of all components alike.
-Dying dies_away(const MatrixXd& cycles, const MatrixXd& scaled, const MatrixXd& lasting,
-                double angle) {
+Dying dies_away(const MatrixXd& cycles, const MatrixXd& scaled, double angle) {
   const auto n = static_cast<double>(cycles.rows());
-  const Damped best = best_damped(cycles, lasting, angle);
-  if (best.decay == 0.0) return {};
-  const double p = components_of(best.left);
-  const double more = p * static_cast<double>(2 - lasting.cols()) + 2.0;  // parameters
-  const double freedom = p * (n - 3.0) - 2.0;
-  const double left = best.left.squaredNorm();
-  const double gain = residuals(cycles, lasting).squaredNorm() - left;
+  const Turning best = best_turning(cycles, angle);
+  if (best.decay == 1.0) return {};
+  const CycleCourses lasting = turning(cycles.rows(), 1.0, angle);
+  const double p = components_of(best.rest.cycles);
+  const double more = p * (2.0 - static_cast<double>(lasting.courses())) + 2.0;  // parameters
+  const double left = best.rest.split.rest;
+  const double gain = rest_beside(lasting, cycles).split.rest - left;
   Dying dying;
-  dying.likelier = freedom >= 1.0 &&
-                   upper_tail(gain / more / (left / freedom), more, freedom) < kDyingProbability;
+  dying.likelier =
+      probability_by_chance({gain, left}, more, p * (n - 3.0) - 2.0) < kDyingProbability;
   // Shares of a geometric series.
-  const double noise = residuals(scaled, best.courses).squaredNorm();
-  const double all = (scaled.rowwise() - scaled.colwise().mean()).squaredNorm();
+  const CycleCourses::Split all = rest_beside(best.courses, scaled).split;
   const double ratio = best.decay * best.decay, whole = std::pow(ratio, n);
-  const double last = (all - noise) * (1.0 - ratio) / (1.0 - whole) * whole / ratio;
-  dying.sunk = last < noise / (n - 3.0);
+  const double last = all.follows * (1.0 - ratio) / (1.0 - whole) * whole / ratio;
+  dying.sunk = last < all.rest / (n - 3.0);
   return dying;
 }
 
@@ -165,13 +159,13 @@ int cycles_of_transient(const MatrixXd& cycles, double least) {
          trend_probability(scaled.bottomRows(n - drop), expected) < kTrendProbability)
     ++drop;
   // What has sunk into one cycle's noise still stands out of the mean's: it goes on decaying.
-  if (drop > 0 && n - drop > kFewestToSpare) drop += kSunk;
+  if (drop > 0 && n - drop > kMinCyclesToSpare) drop += kCyclesOfSunkTransient;
   // A trend that dropping does not cure is no transient: keep the cycles.
   if (drop == most && drop > half) drop = half;
   return static_cast<int>(std::min(drop, most));
 }
 
-Stationarity examine(const MatrixXd& cycles, double least) {
+Stationarity stationarity_of(const MatrixXd& cycles, double least) {
   Stationarity found;
   const Index n = cycles.rows();
   if (n < 5) return found;
@@ -181,13 +175,9 @@ Stationarity examine(const MatrixXd& cycles, double least) {
   found.trend = trend_probability(scaled, expected) < kTrendProbability;
   for (const int every : {2, 3, 4}) {
     if (n < 3 * every) continue;
-    MatrixXd courses(n, every == 2 ? 1 : 2);
-    for (Index c = 0; c < courses.cols(); ++c) {
-      for (Index k = 0; k < n; ++k)
-        courses(k, c) = harmonic_term(static_cast<int>(c) + 1, static_cast<int>(k), every);
-    }
-    if (probability_of(scaled, courses, expected) >= kSubharmonicProbability) continue;
-    const Dying dying = dies_away(cycles, scaled, courses, 2.0 * std::numbers::pi / every);
+    const auto courses = CycleCourses::repeating(static_cast<std::size_t>(n), every);
+    if (chance_of(courses, scaled, expected) >= kSubharmonicProbability) continue;
+    const Dying dying = dies_away(cycles, scaled, 2.0 * std::numbers::pi / every);
     if (dying.likelier && dying.sunk) {
       found.trend = true;
       continue;
@@ -199,4 +189,4 @@ Stationarity examine(const MatrixXd& cycles, double least) {
   return found;
 }
 
-}  // namespace shaker::estimator::diagnosis
+}  // namespace shaker::estimator

@@ -6,7 +6,7 @@
 
 #include <Eigen/Dense>
 
-namespace shaker::estimator::diagnosis {
+namespace shaker::estimator {
 
 // `least`: standard deviation of each component from rounding. If the noise does not blur the
 // quantisation steps, cycles repeat in patterns below that level.
@@ -20,6 +20,6 @@ struct Stationarity {
   int subharmonic = 0;
   bool dying = false;  // it is none: it shrinks
 };
-Stationarity examine(const Eigen::MatrixXd& cycles, double least = 0.0);
+Stationarity stationarity_of(const Eigen::MatrixXd& cycles, double least = 0.0);
 
-}  // namespace shaker::estimator::diagnosis
+}  // namespace shaker::estimator
