@@ -12,9 +12,9 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr int kSteps = 3000;         // in a history
-constexpr double kAbsolute = 1e-3;   // tolerance in the model's units, over the relative one
-constexpr long kMaxAdamsSteps = 30;  // of a stiff model between two times: BDF is quicker then
+constexpr double kAbsolute = 1e-3;  // tolerance in the model's units, over the relative one
+// Of a stiff model, between two times of 3000 and in all: BDF is quicker then.
+constexpr long kMaxAdamsSteps = 30, kMaxAdamsEvaluations = 3000;
 
 double row_of(const std::vector<double>& given, std::size_t at, double otherwise) {
   return at < given.size() ? given[at] : otherwise;
@@ -153,13 +153,14 @@ Result<DropTest::Motion> DropTest::integrate(DropRun& out, const std::vector<dou
   options.integrator = effort.stiff ? Integrator::bdf : Integrator::adams;
   options.relative_tolerance = effort.tolerance;
   options.absolute_tolerance = kAbsolute * effort.tolerance;
-  options.max_steps = kMaxAdamsSteps;
+  options.max_steps = kMaxAdamsSteps * DropEffort().steps / effort.steps;
+  options.max_evaluations = kMaxAdamsEvaluations;
   std::vector<int> all;
   for (int k = 0; k < model_.parameter_count(); ++k)
     all.push_back(k);
   DropHistory& h = out.history;
-  for (int i = 0; i <= kSteps; ++i)
-    h.t.push_back(conditions_.duration * drop_time_share(static_cast<double>(i) / kSteps));
+  for (int i = 0; i <= effort.steps; ++i)
+    h.t.push_back(conditions_.duration * drop_time_share(static_cast<double>(i) / effort.steps));
   Arc arc;
   arc.times = h.t;
   arc.excitation = &push;

@@ -41,27 +41,30 @@ struct DropFigure {
   const char* name;  // "peak_stroke"
   const char* label;
   int length, time;  // powers in its unit: m^length s^time
+  // What it is at least and at most, by its definition.
+  double lower = 0.0, upper = std::numeric_limits<double>::infinity();
 };
+inline constexpr double kNoLowerEnd = -std::numeric_limits<double>::infinity();
 inline constexpr DropFigure kDropFigures[] = {
     {"peak_stroke", "peak stroke", 1, 0},
     {"time_of_peak_stroke", "time of peak stroke", 0, 1},
-    {"peak_deceleration", "peak deceleration", 1, -2},
+    {"peak_deceleration", "peak deceleration", 1, -2, kNoLowerEnd},
     {"peak_load", "peak load per mass", 1, -2},
-    {"load_at_peak_stroke", "load per mass at peak stroke", 1, -2},
-    {"rebound_stroke", "stroke after rebound", 1, 0},
+    {"load_at_peak_stroke", "load per mass at peak stroke", 1, -2, kNoLowerEnd},
+    {"rebound_stroke", "stroke after rebound", 1, 0, kNoLowerEnd},
     {"rebound_speed", "speed of rebound", 1, -1},
     {"energy_absorbed", "energy absorbed per mass", 2, -2},
     {"energy_dissipated", "of it, not returned in rebound", 2, -2},
-    {"efficiency", "efficiency of the stroke", 0, 0},
+    {"efficiency", "efficiency of the stroke", 0, 0, 0.0, 1.0},
     {"time_of_peak_load", "time of peak load", 0, 1},
     // The descent of the mass is the stroke plus the deflection of a tyre. Without a tyre the three
     // others have no value.
     {"travel", "descent of the mass", 1, 0},
     {"tyre_deflection", "deflection of the tyre", 1, 0},
     {"peak_ground_load", "peak load on the ground per mass", 1, -2},
-    {"gear_efficiency", "efficiency of strut and tyre", 0, 0},
+    {"gear_efficiency", "efficiency of strut and tyre", 0, 0, 0.0, 1.0},
     // The stroke that is left at the peak. No value where no greatest stroke is known.
-    {"margin_to_bottoming", "margin to bottoming", 1, 0},
+    {"margin_to_bottoming", "margin to bottoming", 1, 0, kNoLowerEnd},
 };
 inline constexpr std::size_t kDropFigureCount = std::size(kDropFigures);
 
@@ -89,6 +92,7 @@ double end_of_rebound(const DropHistory& history);
 struct DropEffort {
   double tolerance = 1e-9;  // relative, of a step
   bool stiff = false;       // known to be: Adams is not tried first
+  int steps = 3000;         // between the times of the history
 };
 
 struct DropRun {

@@ -9,6 +9,7 @@
 namespace shaker::estimator {
 namespace {
 
+constexpr std::size_t kPeakStroke = figure_called("peak_stroke");
 constexpr double kCurved = 0.5;     // of the slope's part, that the bend's may be there
 constexpr int kHistoryDraws = 300;  // of all parts together
 constexpr int kFewestHistoryDraws = 25;
@@ -122,7 +123,17 @@ DrawnFigures DropSurrogate::draw(double weight, int draws, int exact_draws,
   }
   out.lost_share = static_cast<double>(lost) / wanted;
   if (out.figures.empty()) out.figures.push_back(center_.figures);
+  for (auto& figures : out.figures)
+    keep_possible(figures);
   return out;
+}
+
+// The quadratic goes on beyond what a figure can be, and a random force may push where no damper
+// can. What has no value (NaN) keeps none.
+void DropSurrogate::keep_possible(std::vector<double>& figures) const {
+  for (std::size_t f = 0; f < kDropFigureCount; ++f)
+    figures[f] = std::clamp(figures[f], kDropFigures[f].lower, kDropFigures[f].upper);
+  figures[kPeakStroke] = std::min(figures[kPeakStroke], gas_end_);
 }
 
 // The times are those of the first part that is drawn; another part's curves are interpolated.

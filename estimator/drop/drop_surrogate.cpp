@@ -16,6 +16,7 @@ constexpr double kPastRebound = 1.3;           // times until the rebound ends
 constexpr double kLinearStep = 1.0;            // standard deviations, of an axis with one drop
 constexpr std::size_t kLeading[] = {0, 3, 9};  // peak stroke, peak load, efficiency
 constexpr double kRough = 1e-6;                // tolerance of a drop beside the estimates
+constexpr int kRoughSteps = 600;               // in its history
 constexpr double kInaccurate = 0.02;  // of what a standard deviation moves, that this may cost
 constexpr double kMinor = 0.1;        // of what all axes move, by an axis whose bend is left out
 
@@ -43,7 +44,7 @@ Result<DropSurrogate> DropSurrogate::make(const DamperHypothesis& damper,
     out.parameter_of_.push_back(at == places.end() ? -1 : static_cast<int>(at - places.begin()));
   }
   out.keep_within_bounds();
-  out.effort_.tolerance = kRough;
+  out.effort_ = {kRough, false, kRoughSteps};
   const auto rough = out.run_at({});
   if (!rough) return rough.error();
   // What follows the rebound has no figure: the drops beside this one are shorter.
@@ -51,15 +52,19 @@ Result<DropSurrogate> DropSurrogate::make(const DamperHypothesis& damper,
       std::min(conditions.duration, kPastRebound * end_of_rebound(rough->history));
   out.test_ = std::make_shared<const DropTest>(damper.model, out.conditions_);
   out.effort_ = {};
+  out.effort_.stiff = rough->stiff;
   auto center = out.run_at({});
   if (!center) return center.error();
   out.center_ = std::move(*center);
+  const StrokeEnd end = out.test_->stroke_end(out.test_->model().start());
+  if (end.by == StrokeEnd::By::gas) out.gas_end_ = end.stroke;
   if (!(weight > 0.0)) return out;
-  out.effort_ = {kRough, rough->stiff};
+  out.effort_ = {kRough, rough->stiff, kRoughSteps};
   const auto wanted = out.wanted_axes();
   auto probes = out.probe_axes(wanted);
   if (!out.accurate_enough(probes)) {
-    out.effort_ = {DropEffort().tolerance, out.center_.stiff};
+    out.effort_ = {};
+    out.effort_.stiff = out.center_.stiff;
     probes = out.probe_axes(wanted);
   }
   out.follow(probes);
@@ -187,7 +192,9 @@ void DropSurrogate::fit_axis(Axis& own, double first, const DropRun& one, double
     own.bend.push_back(bend);
   }
   double unused = 0.0;
-  for (std::size_t i = 0; i < beside_.history.t.size(); i += kHistoryEvery) {
+  const std::size_t every =
+      kHistoryEvery * (beside_.history.t.size() - 1) / (center_.history.t.size() - 1);
+  for (std::size_t i = 0; i < beside_.history.t.size(); i += every) {
     double slope = 0.0;
     both(beside_.history.stroke[i], one.history.stroke[i], beyond.history.stroke[i], slope, unused);
     own.stroke.push_back(slope);

@@ -2,6 +2,7 @@
 // with the state, or the parameters are further states (5.11), (5.12).
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <new>
 #include <stdexcept>
 #include <sunlinsol/sunlinsol_dense.h>
@@ -20,6 +21,7 @@ constexpr long kMaxIntegrationSteps = 50000, kBdfSteps = 100;  // of BDF; and ti
 // Inadmissible evaluations between two samples after which the motion itself counts as
 // inadmissible. Without a limit CVODES would repeat with smaller steps down to the rounding level.
 constexpr int kMostRefusals = 60;
+constexpr int kGiveUp = -1;          // what CVODES is returned, then ends
 constexpr double kNoReturn = 1e-12;  // s; CVODES cannot start a step shorter than rounding
 
 struct Freed {
@@ -130,6 +132,7 @@ class Cvodes final : public TimeIntegration {
   // A positive return asks CVODES for a smaller step.
   static int rhs(double t, N_Vector y, N_Vector y_dot, void* self_) {
     auto* self = static_cast<Cvodes*>(self_);
+    if (++self->evaluations_ > self->max_evaluations_) return kGiveUp;
     if (!self->evaluate(t, N_VGetArrayPointer(y), false)) return self->refuse();
     double* out = N_VGetArrayPointer(y_dot);
     for (std::size_t i = 0; i < self->size_; ++i)
@@ -190,7 +193,7 @@ class Cvodes final : public TimeIntegration {
     return 0;
   }
 
-  int refuse() { return ++refusals_ < kMostRefusals ? 1 : -1; }
+  int refuse() { return ++refusals_ < kMostRefusals ? 1 : kGiveUp; }
 
   Solver& solver(Integrator kind, bool sensitivities) {
     const std::size_t at = (kind == Integrator::bdf ? 2U : 0U) + (sensitivities ? 1U : 0U);
@@ -252,6 +255,9 @@ class Cvodes final : public TimeIntegration {
     arc_ = &arc;
     theta_.assign(theta.begin(), theta.end());
     refusals_ = 0;
+    evaluations_ = 0;
+    max_evaluations_ =
+        kind == Integrator::adams ? options_.max_evaluations : std::numeric_limits<long>::max();
     const std::size_t n = arc.times.size();
     arc.states.resize(n * m_);
     if (sensitivities) arc.sensitivities.resize(n * m_ * k_);
@@ -332,6 +338,7 @@ class Cvodes final : public TimeIntegration {
   Arc* arc_ = nullptr;
   std::vector<double> theta_;
   int refusals_ = 0;
+  long evaluations_ = 0, max_evaluations_ = 0;
   AlignedVector lane_;
   std::vector<double*> s_, rate_, h_s_, h_theta_;
   StateEquations::Workspace work_;

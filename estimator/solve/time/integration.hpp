@@ -18,6 +18,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <memory>
 #include <span>
 #include <string>
@@ -49,8 +50,9 @@ struct TimeOptions {
   // runge_kutta4, sdirk4: the largest step, s; 0: the spacing of the samples.
   double step = 0.0;
   CutAtReversals cut = CutAtReversals::automatic;
-  // CVODES, Adams: steps between two samples, after which BDF does the piece anew.
-  long max_steps = 50000;
+  // CVODES, Adams: steps between two samples, and evaluations of the rates in an arc, after which BDF
+  // integrates the arc anew.
+  long max_steps = 50000, max_evaluations = std::numeric_limits<long>::max();
   // runge_kutta4, sdirk4: told of the states and sensitivities whose rates are about to be computed,
   // at each stage of each step; false ends the integration. Empty: it goes on.
   std::function<bool(double numbers)> afford;

@@ -204,6 +204,20 @@ TEST(UnnamedForce, MakesTheBandWider) {
             3.0 * (narrow.bands[kPeakStroke].upper - narrow.bands[kPeakStroke].lower));
 }
 
+// Forces of a hundred times the spring's, of which nothing is known.
+TEST(UnnamedForce, LetsNoFigureBeWhatItCannotBe) {
+  auto damper = visited_ring();
+  damper.unnamed_force = 200.0;
+  const auto drop = predicted(damper);
+  for (std::size_t f = 0; f < kDropFigureCount; ++f) {
+    if (!std::isfinite(drop.bands[f].value)) continue;
+    EXPECT_GE(drop.bands[f].lower, kDropFigures[f].lower) << kDropFigures[f].name;
+    EXPECT_LE(drop.bands[f].upper, kDropFigures[f].upper) << kDropFigures[f].name;
+  }
+  const double spring = 100.0 * peak_stroke(2.0);
+  EXPECT_GT(drop.bands[figure_called("peak_load")].upper, 100.0 * spring);
+}
+
 // The first one leaves nothing that is worth a force; a rival leaves 0.5 m/s^2 everywhere, with its
 // force, and so falls less far.
 TEST(UnnamedForce, ActsBesideEachHypothesisThatLeavesOne) {
