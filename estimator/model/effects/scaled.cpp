@@ -23,6 +23,7 @@ double factor_of(std::string_view unit, bool coefficient, const MotionScale& s) 
   if (unit == "1/(m s)") return s.force / (s.length * s.speed);
   if (unit == "1/(m s^2)") return s.force / std::pow(s.length, 2);
   if (unit == "1/(m^2 s^2)") return s.force / std::pow(s.length, 3);
+  if (unit == "1/(m^4 s^2)") return s.force / std::pow(s.length, 5);
   if (unit == "1/m") return coefficient ? s.force / (s.speed * s.speed) : 1.0 / s.length;
   return 1.0;
 }
