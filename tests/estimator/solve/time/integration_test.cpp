@@ -209,29 +209,25 @@ TEST(Integration, TakesLongImplicitStepsThroughAStiffModel) {
   EXPECT_FALSE(explosion.report.ok && std::fabs(explosion.arc.states.end()[-3]) < 1.0);
 }
 
-// An oscillator with a damping of 2000 1/s creeps back: Adams needs a step of a thousandth of a second
-// for stability.
+// A damping of 2000 1/s: the oscillator creeps back, and Adams needs steps of a thousandth of a second.
 TEST(Integration, GoesOnWithBdfWhereAdamsTakesTooMuch) {
   const Model model(linear_oscillator());
   const StateEquations equations(model);
   const std::vector<double> theta = {2000.0, 1000.0};
-  const Excitation none;
-  TimeOptions options;
-  const auto by = [&](long most) {
-    options.max_evaluations = most;
-    return run(equations, even_times(0.0, 2.0, 20), {1.0, 0.0}, none, theta, options, false);
-  };
-  const auto adams = by(100000), bdf = by(1000);
-  ASSERT_TRUE(adams.report.ok && bdf.report.ok);
   const double root = std::sqrt(1000.0 * 1000.0 - theta[1]);
   const double slow = -theta[1] / (1000.0 + root), fast = -1000.0 - root;
-  EXPECT_FALSE(adams.report.stiff);
-  EXPECT_TRUE(bdf.report.stiff);
-  for (std::size_t i = 0; i < bdf.times.size(); ++i) {
-    const double t = bdf.times[i];
-    const double exact = (fast * std::exp(slow * t) - slow * std::exp(fast * t)) / (fast - slow);
-    EXPECT_NEAR(bdf.arc.states[2 * i], exact, 1e-7);
-    EXPECT_NEAR(adams.arc.states[2 * i], exact, 1e-7);
+  for (const long most : {100000, 1000}) {
+    TimeOptions options;
+    options.max_evaluations = most;
+    const auto result =
+        run(equations, even_times(0.0, 2.0, 20), {1.0, 0.0}, Excitation(), theta, options, false);
+    ASSERT_TRUE(result.report.ok);
+    EXPECT_EQ(result.report.stiff, most == 1000);
+    for (std::size_t i = 0; i < result.times.size(); ++i) {
+      const double t = result.times[i];
+      const double exact = (fast * std::exp(slow * t) - slow * std::exp(fast * t)) / (fast - slow);
+      EXPECT_NEAR(result.arc.states[2 * i], exact, 1e-7);
+    }
   }
 }
 
