@@ -22,31 +22,22 @@ Minima searched(const Model& model, const std::vector<RunData>& runs,
   return several_starts(model, runs, coarse, model.start(), spread);
 }
 
+std::vector<config::RunCondition> conditions_of(const std::vector<RunData>& runs) {
+  std::vector<config::RunCondition> conditions;
+  for (const RunData& run : runs)
+    conditions.push_back(run.condition);
+  return conditions;
+}
+
 // The models of the runs; one for all where no parameter differs from run to run. Gives each run its
 // own.
 Result<RunModels> models_of(const config::ModelSpec& spec, std::vector<RunData>& runs) {
   if (!varies_by_run(spec)) return RunModels{{std::make_shared<const Model>(spec)}, {}};
-  std::vector<config::RunCondition> conditions;
-  for (const RunData& run : runs)
-    conditions.push_back(run.condition);
-  auto models = run_models(spec, conditions);
+  auto models = run_models(spec, conditions_of(runs));
   if (!models) return models;
   for (std::size_t r = 0; r < runs.size(); ++r)
     runs[r].model = models->of_run[r];
   return models;
-}
-
-std::vector<ValueInRun> values_in_runs(const RunModels& models, const std::vector<RunData>& runs,
-                                       const Estimate& estimate) {
-  std::vector<ValueInRun> all;
-  for (std::size_t r = 0; r < models.varying.size(); ++r) {
-    for (const RunParameter& own : models.varying[r]) {
-      const ParameterEstimate& p = estimate.parameters[static_cast<std::size_t>(own.index)];
-      all.push_back({runs[r].condition.run, own.name, p.unit, own.factor * p.value,
-                     own.factor * p.standard_error, own.factor * p.lower, own.factor * p.upper});
-    }
-  }
-  return all;
 }
 
 // The estimate of a fit with the loss, the bias and the intervals that were asked for.
@@ -81,6 +72,20 @@ Result<void> describe(RefinedFit& fitted, const Fit& fit, const std::vector<RunD
 
 }  // namespace
 
+std::vector<ValueInRun> values_in_runs(const RunModels& models,
+                                       const std::vector<config::RunCondition>& runs,
+                                       const Estimate& estimate) {
+  std::vector<ValueInRun> all;
+  for (std::size_t r = 0; r < models.varying.size(); ++r) {
+    for (const RunParameter& own : models.varying[r]) {
+      const ParameterEstimate& p = estimate.parameters[static_cast<std::size_t>(own.index)];
+      all.push_back({runs[r].run, own.name, p.unit, own.factor * p.value,
+                     own.factor * p.standard_error, own.factor * p.lower, own.factor * p.upper});
+    }
+  }
+  return all;
+}
+
 Result<RunsEstimate> estimate(const config::ModelSpec& spec, std::vector<RunData> runs,
                               const RunsEstimateOptions& options) {
   const auto models = models_of(spec, runs);
@@ -101,7 +106,7 @@ Result<RunsEstimate> estimate(const config::ModelSpec& spec, std::vector<RunData
   if (fitted.refined())
     out.grid = {fitted.grids().points(), fitted.grids().error(), fitted.grids().reached(),
                 fitted.sentence()};
-  out.in_runs = values_in_runs(*models, runs, out.estimate);
+  out.in_runs = values_in_runs(*models, conditions_of(runs), out.estimate);
   out.pin = pin_areas(spec, out.estimate);
   return out;
 }

@@ -68,6 +68,17 @@ struct RunsEstimate {
   std::optional<Grid> grid;  ///< if it was refined
 };
 
+struct RunModels;
+
+/// The parameters that differ from run to run, in each run. Pure; allocates.
+/// \param models of the runs (estimator/model/run_models.hpp)
+/// \param runs one condition for each run, whose name the values get
+/// \param estimate of the parameters of all runs together
+/// \return the first run's values first; none where no parameter differs
+std::vector<ValueInRun> values_in_runs(const RunModels& models,
+                                       const std::vector<config::RunCondition>& runs,
+                                       const Estimate& estimate);
+
 /// Does what `shakerctl estimate` does between its input and its document. Throws
 /// std::invalid_argument for runs or a model that cannot be used. Blocks for milliseconds, with a
 /// posterior for minutes; allocates.

@@ -7,6 +7,7 @@
 
 #include "cli/channel_data.hpp"
 #include "cli/commands.hpp"
+#include "cli/values_in_runs.hpp"
 #include "estimator/fit/description.hpp"
 #include "estimator/model/run_models.hpp"
 #include "protocol/documents.hpp"
@@ -86,23 +87,20 @@ std::string contradiction_of_channels(const EstimateOptions& options) {
       options.channels.size(), options.noise.size());
 }
 
-// Gives each run its own model where parameters differ from run to run. Returns the model with all
-// parameters. Where a run lacks what that needs, there is one model for all, and `warning` says so.
-std::shared_ptr<const estimator::Model> give_models(const config::ModelSpec& spec,
-                                                    std::vector<estimator::ChannelRun>& runs,
-                                                    std::string& warning) {
-  std::vector<config::RunCondition> conditions;
-  for (const estimator::ChannelRun& run : runs)
-    conditions.push_back(run.condition);
+// Gives each run its own model where parameters differ from run to run. Where a run lacks what that
+// needs, there is one model for all, and `warning` says so.
+estimator::RunModels give_models(const config::ModelSpec& spec,
+                                 const std::vector<config::RunCondition>& conditions,
+                                 std::vector<estimator::ChannelRun>& runs, std::string& warning) {
   const std::string lacks = estimator::lacking_condition(spec, conditions);
   if (!lacks.empty())
     warning = estimator::taken_as_one(spec, "an estimate of channels") + ": " + lacks;
   if (!lacks.empty() || !estimator::varies_by_run(spec))
-    return std::make_shared<const estimator::Model>(spec);
-  const auto models = estimator::run_models(spec, conditions);
+    return {{std::make_shared<const estimator::Model>(spec)}, {}};
+  auto models = estimator::run_models(spec, conditions);
   for (std::size_t r = 0; r < runs.size(); ++r)
     runs[r].model = models->of_run[r];
-  return models->of_run.front();
+  return std::move(*models);
 }
 
 }  // namespace
@@ -118,8 +116,11 @@ int estimate_channels(const Common& common, const EstimateOptions& options) {
         parameter.prior_mean = parameter.prior_standard_deviation = std::nullopt;
     }
     std::string as_one;
-    const auto of_runs = give_models(input->model, input->runs, as_one);
-    const estimator::Model& model = *of_runs;
+    std::vector<config::RunCondition> conditions;
+    for (const estimator::ChannelRun& run : input->runs)
+      conditions.push_back(run.condition);
+    const auto models = give_models(input->model, conditions, input->runs, as_one);
+    const estimator::Model& model = models.joint();
     estimator::ChannelOptions how;
     how.stagewise = options.stagewise;
     how.noise = options.objective == "weighted"           ? estimator::NoiseModel::known
@@ -141,6 +142,7 @@ int estimate_channels(const Common& common, const EstimateOptions& options) {
     protocol::EstimateDocument document = report::to_document(estimate);
     document.campaign = input->campaign;
     document.clock = "recorded";
+    const auto in_runs = estimator::values_in_runs(models, conditions, estimate);
     OrderedJson correlation;
     const OrderedJson channels = noise_of(options, *input, found, correlation);
     if (common.json) {
@@ -149,9 +151,11 @@ int estimate_channels(const Common& common, const EstimateOptions& options) {
       json["channels"] = channels;
       json["noise_correlation"] = correlation;
       json["log_likelihood"] = found.log_likelihood;
+      if (!in_runs.empty()) json["in_runs"] = in_runs_json(in_runs);
       fmt::print("{}\n", json.dump());
     } else {
       print(document, channels, correlation);
+      fmt::print("{}", in_runs_table(in_runs));
     }
     if (document.usable) return kOk;
     if (!common.json) fmt::print(stderr, "shakerctl: the estimate is not usable\n");

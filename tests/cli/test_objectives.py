@@ -281,6 +281,31 @@ class Database(Scratch):
             self.assertAlmostEqual(p["standard_error"] / math.sqrt(covariance[k][k]), 1, delta=0.01)
 
 
+    def test_channels_tell_what_differs_from_run_to_run(self):
+        spec = json.loads(json.dumps(closed_form.MODEL))
+        spec["effects"][1]["parameters"]["k"].update({"over": "gas_temperature", "reference": 290})
+        model = self.write("over.json", json.dumps(spec))
+        waves = [[closed_form.wave(3 * t[0], 1, i / 40) for i in range(40)] for t in closed_form.channels(2, 120, 1)]
+        table = self.write("table.csv", ",".join(["2", "3"] + list(map(repr, waves[0]))) + "\n")
+        raw = ["t,displacement,acceleration"] + [
+            f"{7 + i / 80!r},{waves[0][i % 40]!r},{waves[1][i % 40]!r}" for i in range(13, 213)]
+        made = subprocess.run([MAKE_CAMPAIGN, self.path, table, model, self.write("raw.csv", "\n".join(raw) + "\n")],
+                              capture_output=True, text=True, check=True)
+        said = {"runs": [{"name": "r01", "conditions": {"gas_temperature": 348}}]}
+        with sqlite3.connect(made.stdout.strip()) as database:
+            database.execute("UPDATE campaign SET spec_json = ?", (json.dumps(said),))
+        database.close()
+        words = ("estimate", made.stdout.strip(), "--model", model, "--objective", "weighted", "--noise", "2e-5,5e-3",
+                 "--channels", "displacement,acceleration")
+        document = json.loads(run(*words, "--json").stdout)
+        stiffness = {p["name"]: p["value"] for p in document["parameters"]}["k"]
+        self.assertAlmostEqual(stiffness, 100, delta=0.1)
+        [entry] = document["in_runs"]
+        self.assertEqual((entry["run"], entry["name"]), ("r01", "k"))
+        self.assertAlmostEqual(entry["value"], 1.2 * stiffness, delta=1e-6)
+        self.assertIn("In each run:", run(*words).stdout)
+
+
 class BadInput(Scratch):
     """Each is told what is wrong, where, and what is allowed."""
 
