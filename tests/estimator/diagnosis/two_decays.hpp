@@ -1,10 +1,10 @@
-// A linear oscillator is fitted to two free decays of a force, one to each side.
+// A linear oscillator is fitted to free decays of a force, by default to one from each side.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "estimator/diagnosis/diagnose.hpp"
 #include "tests/estimator/diagnosis/free_decay.hpp"
@@ -13,7 +13,7 @@
 namespace shaker::estimator::diagnosis::testing {
 
 inline Result<Diagnosis> diagnosis_of_decays(const std::function<double(double, double)>& force,
-                                             std::array<double, 2> starts = {0.1, -0.08}) {
+                                             const std::vector<double>& starts = {0.1, -0.08}) {
   Campaign campaign;
   campaign.name = "decays";
   std::uint64_t seed = 1;
