@@ -259,20 +259,25 @@ class Database(Scratch):
             self.assertAlmostEqual(p["value"], theta, delta=0.1 * error)
 
 
-    def test_channels_know_the_recorded_error_of_the_excitation(self):
-        """Three cycles with an error of 0.03 m/s^2 each: the mean's is 0.03 / sqrt(3)."""
-        model = self.write("linear.json", json.dumps(closed_form.MODEL))
+    def of_two_channels(self, model):
+        """A database of one run with raw samples of a linear oscillator."""
         waves = [[closed_form.wave(3 * t[0], 1, i / 40) for i in range(40)] for t in closed_form.channels(2, 120, 1)]
         table = self.write("table.csv", ",".join(["2", "3"] + list(map(repr, waves[0]))) + "\n")
         raw = ["t,displacement,acceleration"] + [
             f"{7 + i / 80!r},{waves[0][i % 40]!r},{waves[1][i % 40]!r}" for i in range(13, 213)]
         made = subprocess.run([MAKE_CAMPAIGN, self.path, table, model, self.write("raw.csv", "\n".join(raw) + "\n")],
                               capture_output=True, text=True, check=True)
-        with sqlite3.connect(made.stdout.strip()) as database:
+        return made.stdout.strip()
+
+    def test_channels_know_the_recorded_error_of_the_excitation(self):
+        """Three cycles with an error of 0.03 m/s^2 each: the mean's is 0.03 / sqrt(3)."""
+        model = self.write("linear.json", json.dumps(closed_form.MODEL))
+        campaign = self.of_two_channels(model)
+        with sqlite3.connect(campaign) as database:
             database.execute("UPDATE cycle SET excitation_error = 0.03")
         database.close()
         noise = (2e-5, 5e-3)
-        result = run("estimate", made.stdout.strip(), "--objective", "weighted", "--noise", "2e-5,5e-3",
+        result = run("estimate", campaign, "--objective", "weighted", "--noise", "2e-5,5e-3",
                      "--channels", "displacement,acceleration", "--json")
         self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
         covariance = closed_form.channel_covariance(2, 120, 3, 40, [s / math.sqrt(3) for s in noise],
@@ -285,17 +290,12 @@ class Database(Scratch):
         spec = json.loads(json.dumps(closed_form.MODEL))
         spec["effects"][1]["parameters"]["k"].update({"over": "gas_temperature", "reference": 290})
         model = self.write("over.json", json.dumps(spec))
-        waves = [[closed_form.wave(3 * t[0], 1, i / 40) for i in range(40)] for t in closed_form.channels(2, 120, 1)]
-        table = self.write("table.csv", ",".join(["2", "3"] + list(map(repr, waves[0]))) + "\n")
-        raw = ["t,displacement,acceleration"] + [
-            f"{7 + i / 80!r},{waves[0][i % 40]!r},{waves[1][i % 40]!r}" for i in range(13, 213)]
-        made = subprocess.run([MAKE_CAMPAIGN, self.path, table, model, self.write("raw.csv", "\n".join(raw) + "\n")],
-                              capture_output=True, text=True, check=True)
+        campaign = self.of_two_channels(model)
         said = {"runs": [{"name": "r01", "conditions": {"gas_temperature": 348}}]}
-        with sqlite3.connect(made.stdout.strip()) as database:
+        with sqlite3.connect(campaign) as database:
             database.execute("UPDATE campaign SET spec_json = ?", (json.dumps(said),))
         database.close()
-        words = ("estimate", made.stdout.strip(), "--model", model, "--objective", "weighted", "--noise", "2e-5,5e-3",
+        words = ("estimate", campaign, "--model", model, "--objective", "weighted", "--noise", "2e-5,5e-3",
                  "--channels", "displacement,acceleration")
         document = json.loads(run(*words, "--json").stdout)
         stiffness = {p["name"]: p["value"] for p in document["parameters"]}["k"]
