@@ -6,7 +6,6 @@
 #include <fmt/format.h>
 
 #include "daemon/cycles/cycle_noise.hpp"
-#include "estimator/signal/cycle_courses.hpp"
 
 namespace shaker::daemon {
 namespace {

@@ -1,6 +1,7 @@
 // Draws from the drop of one hypothesis (drop_surrogate.hpp).
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "estimator/drop/internal/drop_surrogate.hpp"
@@ -18,6 +19,13 @@ constexpr int kFewestExactDraws = 15;
 // Degrees of freedom of the draws: standard errors from a dozen cycles are not surer, whatever their
 // pooled count says. With this the blind suite's intervals hold (docs/drop_coverage.md).
 constexpr double kMostFreedom = 10.0;
+
+// The quadratic goes on beyond what a figure can be, and a random force may push where no damper
+// can. What has no value (NaN) keeps none.
+void keep_possible(std::vector<double>& figures) {
+  for (std::size_t f = 0; f < kDropFigureCount; ++f)
+    figures[f] = std::clamp(figures[f], kDropFigures[f].lower, kDropFigures[f].upper);
+}
 
 double freedom_of(const DamperHypothesis& damper) {
   return std::max(2.0, damper.degrees_of_freedom);
@@ -88,7 +96,14 @@ std::vector<double> DropSurrogate::figures_at(const std::vector<double>& z) cons
     for (std::size_t f = 0; f < kDropFigureCount; ++f)
       figures[f] += axes_[a].slope[f] * z[a] + 0.5 * axes_[a].bend[f] * z[a] * z[a];
   }
+  figures[kPeakStroke] = std::min(figures[kPeakStroke], gas_end(z));
   return figures;
+}
+
+// The stroke at which no gas is left; infinite where something else ends the stroke.
+double DropSurrogate::gas_end(const std::vector<double>& variates) const {
+  const StrokeEnd end = test_->stroke_end(theta_at(variates));
+  return end.by == StrokeEnd::By::gas ? end.stroke : std::numeric_limits<double>::infinity();
 }
 
 // Draws outside of the bounds are drawn again.
@@ -126,14 +141,6 @@ DrawnFigures DropSurrogate::draw(double weight, int draws, int exact_draws,
   for (auto& figures : out.figures)
     keep_possible(figures);
   return out;
-}
-
-// The quadratic goes on beyond what a figure can be, and a random force may push where no damper
-// can. What has no value (NaN) keeps none.
-void DropSurrogate::keep_possible(std::vector<double>& figures) const {
-  for (std::size_t f = 0; f < kDropFigureCount; ++f)
-    figures[f] = std::clamp(figures[f], kDropFigures[f].lower, kDropFigures[f].upper);
-  figures[kPeakStroke] = std::min(figures[kPeakStroke], gas_end_);
 }
 
 // The times are those of the first part that is drawn; another part's curves are interpolated.

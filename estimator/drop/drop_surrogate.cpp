@@ -56,8 +56,6 @@ Result<DropSurrogate> DropSurrogate::make(const DamperHypothesis& damper,
   auto center = out.run_at({});
   if (!center) return center.error();
   out.center_ = std::move(*center);
-  const StrokeEnd end = out.test_->stroke_end(out.test_->model().start());
-  if (end.by == StrokeEnd::By::gas) out.gas_end_ = end.stroke;
   if (!(weight > 0.0)) return out;
   out.effort_ = {kRough, rough->stiff, kRoughSteps};
   const auto wanted = out.wanted_axes();
@@ -125,23 +123,28 @@ bool DropSurrogate::admissible(const std::vector<double>& variates) const {
   return true;
 }
 
+// The model's parameters.
+std::vector<double> DropSurrogate::theta_at(const std::vector<double>& variates) const {
+  std::vector<double> theta = test_->model().start();
+  for (std::size_t k = 0; k < damper_.numbers.size(); ++k) {
+    if (parameter_of_[k] >= 0)
+      theta[static_cast<std::size_t>(parameter_of_[k])] += step_of(k, variates);
+  }
+  return theta;
+}
+
 // One drop, `variates` in the order of the axes; those that are left out are 0.
 Result<DropRun> DropSurrogate::run_at(const std::vector<double>& variates) const {
   if (!admissible(variates)) return Error{ErrorKind::invalid, "outside of the bounds"};
-  std::vector<double> theta = test_->model().start();
+  const std::vector<double> theta = theta_at(variates);
   config::ModelSpec moved;
   bool constants = false;
   for (std::size_t k = 0; k < damper_.numbers.size(); ++k) {
     const double step = step_of(k, variates);
-    if (step == 0.0) continue;
-    if (parameter_of_[k] >= 0) {
-      const auto at = static_cast<std::size_t>(parameter_of_[k]);
-      theta[at] += step;
-    } else if (damper_.numbers[k].constant) {
-      if (!constants) moved = damper_.model;
-      constants = true;
-      set_value(moved, damper_.numbers[k], value_of(moved, damper_.numbers[k]) + step);
-    }
+    if (step == 0.0 || parameter_of_[k] >= 0 || !damper_.numbers[k].constant) continue;
+    if (!constants) moved = damper_.model;
+    constants = true;
+    set_value(moved, damper_.numbers[k], value_of(moved, damper_.numbers[k]) + step);
   }
   std::vector<double> x;
   if (!force_t_.empty()) {

@@ -5,7 +5,6 @@
 // The drops beside the estimates are integrated as accurately as the band can show, and no more.
 #pragma once
 
-#include <limits>
 #include <memory>
 #include <optional>
 #include <random>
@@ -92,7 +91,8 @@ class DropSurrogate {
   double step_of(std::size_t number, const std::vector<double>& variates) const;
   bool admissible(const std::vector<double>& variates) const;
   std::vector<double> admissible_variates(std::mt19937_64& random) const;
-  void keep_possible(std::vector<double>& figures) const;
+  std::vector<double> theta_at(const std::vector<double>& variates) const;
+  double gas_end(const std::vector<double>& variates) const;
   std::vector<double> figures_at(const std::vector<double>& variates) const;
   std::vector<double> variates(std::mt19937_64& random) const;
   bool quadratic_enough() const;
@@ -107,7 +107,6 @@ class DropSurrogate {
   DropRun beside_;     // the same with the effort of the drops beside it
   DropEffort effort_;  // of those
   double whole_duration_ = 0.0;
-  double gas_end_ = std::numeric_limits<double>::infinity();  // stroke at which no gas is left
   double weight_ = 1.0;
   std::vector<Axis> axes_;
 };
