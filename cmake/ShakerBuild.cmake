@@ -48,7 +48,10 @@ if(SHAKER_SANITIZE)
   if(CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
     # Clang builds the rooms with -O2 in 2 % more time than with -O1, and a diagnosis takes 13 % less.
     # Without fused products: clang rounds a * b + c once where it knows the numbers, twice where it does not.
-    add_compile_options(-O2 -ffp-contract=off -fsanitize-ignorelist=${CMAKE_SOURCE_DIR}/cmake/not-ours.txt)
+    # Loops that clear or copy a few numbers stay loops, whose accesses are checked in line: as calls that the
+    # sanitizer intercepts they take a tenth of a diagnosis.
+    add_compile_options(-O2 -ffp-contract=off -fno-builtin-memset -fno-builtin-memcpy
+                        -fsanitize-ignorelist=${CMAKE_SOURCE_DIR}/cmake/not-ours.txt)
   endif()
 endif()
 

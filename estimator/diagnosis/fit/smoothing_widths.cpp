@@ -17,6 +17,8 @@ using Eigen::VectorXd;
 constexpr double kSharpest = 1e-4, kBluntest = 50.0;  // of the widths that effects state
 constexpr double kStatedAt = 192.0;  // points at which a width is as stated where there is no cycle
 constexpr double kJump = 0.5, kBend = 0.05;  // widths in steps
+// m/s, scaled: on a record, of the catalogue's frictions at most. A width must not decide between them.
+constexpr double kTurnsOnRecord = 2e-3;
 // Of the width that the catalogue states: 0.2 mm/s. Twice that leaves f_c 0.3 % off, twice as far.
 constexpr double kAtOnce = 0.04;
 // Of the largest speed: somewhat more than the above makes of any friction of the catalogue.
@@ -29,7 +31,7 @@ constexpr int kSmoothHarmonics = 6;    // of the motion: those above carry noise
 struct Corner {
   std::size_t line;
   std::string symbol, unit;
-  double width;
+  double width, on_record;
 };
 
 // The widths that the catalogue calls e, w and, of a hysteretic displacement, r.
@@ -43,7 +45,9 @@ std::vector<Corner> corners_of(const config::ModelSpec& spec) {
       const std::string symbol(info.symbol);
       const bool edge = symbol == "e" || symbol == "w" || symbol == "r";
       if (info.width && edge && !spec.effects[i].constants.contains(symbol))
-        corners.push_back({i, symbol, std::string(info.unit), info.value});
+        corners.push_back({i, symbol, std::string(info.unit), info.value,
+                           symbol == "e" ? std::min(1.0, kTurnsOnRecord / stated.value) * info.value
+                                         : info.value});
     }
   }
   return corners;
@@ -101,7 +105,7 @@ config::ModelSpec rounded_for(const config::ModelSpec& spec, const RunDatum& dat
   const Pace pace = datum.sampled ? Pace{} : pace_of(datum);
   const double step = 1.0 / (std::max(datum.frequency_hz, 1e-6) * points);
   for (const Corner& corner : corners) {
-    double passed = corner.width * kStatedAt / points;
+    double passed = corner.on_record * kStatedAt / points;
     if (!datum.sampled) {
       if (corner.unit == "m") passed = pace.speed * step;
       if (corner.unit == "m/s") passed = pace.turning * step;

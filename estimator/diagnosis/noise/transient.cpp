@@ -172,7 +172,9 @@ HarmonicFit fit_transient(const config::ModelSpec& model, const TransientRuns& r
   if (std::isfinite(other.chi_squared)) return other;
   FitOptions correcting = options;
   correcting.correct_start = true;
-  return fit_harmonics(model, runs.data, forces.theta, nullptr, correcting);
+  HarmonicFit corrected = fit_harmonics(model, runs.data, forces.theta, nullptr, correcting);
+  if (std::isfinite(corrected.chi_squared)) return corrected;
+  return fit_harmonics(model, runs.data, {}, nullptr, correcting);
 }
 
 Result<void> use_repetitions(TransientRuns& runs, const HarmonicFit& fit) {

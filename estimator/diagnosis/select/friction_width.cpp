@@ -15,7 +15,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 // Relative to the width of the catalogue: the first width above zero, and the ends of the range.
-constexpr double kFirst = 0.2, kNarrowest = 0.06, kWidest = 4.0;
+constexpr double kFirst = 0.2, kNarrowest = 0.02, kWidest = 10.0;
 constexpr double kWider = 0.1;               // of a width: for the slope over it
 constexpr double kStride = 3.0;              // times as wide, or as narrow, in one step at most
 constexpr double kPromised = 0.25;           // of chi-squared, left at most
@@ -173,7 +173,8 @@ std::shared_ptr<const HarmonicFit> with_fitted_width(const HarmonicFit& near, bo
     if (!better) break;
     best = std::move(better);
   }
-  if (!best || best->chi_squared > most) return nullptr;
+  // What reverses over more than the widest is no dry friction.
+  if (!best || best->chi_squared > most || width >= kWidest * turning.usual) return nullptr;
   best->constant = {turning.line, turning.symbol,       turning.unit,
                     width,        step->standard_error, step->bends};
   return best;

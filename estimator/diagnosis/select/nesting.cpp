@@ -37,6 +37,9 @@ const std::vector<Nesting>& nestings() {
        "f_c"},
       {"presliding_friction", "coulomb_friction", {{"z0", Place::lower}}},
       {"pinched_friction", "coulomb_friction", {{"u_p", Place::lower}}},
+      // A pinch where the motion never comes.
+      {"pinched_friction", "coulomb_friction", {{"u_c", Place::lower}}},
+      {"pinched_friction", "coulomb_friction", {{"u_c", Place::upper}}},
       {"power_damping", "viscous_damping", {{"alpha", Place::one}}, "c_p", "c"},
       {"power_damping", "coulomb_friction", {{"alpha", Place::lower}}, "", "f_c"},
       // Rigid oil with laminar flow below q_l damps by theta1 q_l v in addition.

@@ -206,9 +206,8 @@ class Search {
   }
 
   // A richer effect leaves no more than its special case. Where its fit does, that ended in another
-  // valley, and starts from the special case. The fit of a record is too expensive to be repeated.
+  // valley, and starts from the special case.
   void begin_at_special_cases(const std::vector<std::size_t>& made) {
-    if (on_samples(data_)) return;
     for (const std::size_t k : made) {
       const Hypothesis richer = found_.hypotheses[k];  // a copy: it may be replaced
       for (const std::string& effect : richer.effects) {

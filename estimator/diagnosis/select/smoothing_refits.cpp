@@ -41,8 +41,8 @@ bool Refits::narrowed(Hypothesis& h, double hopeless) const {
   if (h.rounded || known) return false;
   if (!has_smoothing(h.fit->spec)) return resolved(h);
   const bool record = on_samples(data_);
-  if (settled(*h.fit) && (record || errors_ == Errors::residual)) return false;
-  const bool by_width = !settled(*h.fit) && !record && errors_ == Errors::noise;
+  if (!record && settled(*h.fit) && errors_ == Errors::residual) return false;
+  const bool by_width = (record || !settled(*h.fit)) && errors_ == Errors::noise;
   const auto stated = by_width ? as_stated(h) : nullptr;
   if (stated && gentle(h, *stated)) {
     const auto wide = settled(*stated) ? nullptr : as_data_say(h, nullptr, stated.get());
@@ -56,7 +56,9 @@ bool Refits::narrowed(Hypothesis& h, double hopeless) const {
     worth.on_grids = !record;
   }
   const auto sharp = to_limit(*h.fit, worth);
-  if (by_width && !(sharp && leaves_noise(*sharp->fit))) {
+  // Of a record the limit is extrapolated from three widths: it need not be what the data say, though
+  // it leaves only noise.
+  if (by_width && (record || !sharp || !leaves_noise(*sharp->fit))) {
     if (const auto wide = as_data_say(h, sharp ? sharp->fit.get() : nullptr, stated.get())) {
       set_narrowed(h, wide, nullptr);
       return true;
@@ -122,16 +124,24 @@ std::shared_ptr<const HarmonicFit> Refits::as_stated(const Hypothesis& h) const 
   return fit->converged ? fit : nullptr;
 }
 
-// The width is a parameter of this fit. It starts from the better of the two fits that are given.
+// The width is a parameter of this fit. It starts from the better of the two fits that are given, and
+// from the other one where that leads nowhere: a limit of zero width may be too far off for it.
 std::shared_ptr<const HarmonicFit> Refits::as_data_say(const Hypothesis& h,
                                                        const HarmonicFit* at_once,
                                                        const HarmonicFit* stated) const {
-  const bool sharp =
-      at_once != nullptr && (stated == nullptr || at_once->chi_squared <= stated->chi_squared);
-  const HarmonicFit* near = sharp ? at_once : stated;
-  if (near == nullptr) return nullptr;
-  const double most = kStatedNearNoise * static_cast<double>(near->observations);
-  auto fit = with_fitted_width(*near, sharp, data_, options_, most);
+  const auto leaves = [](const HarmonicFit* fit) {
+    return fit != nullptr ? fit->chi_squared : std::numeric_limits<double>::infinity();
+  };
+  const double least = std::min(leaves(at_once), leaves(stated));
+  const auto from = [&](const HarmonicFit* near) -> std::shared_ptr<const HarmonicFit> {
+    if (near == nullptr) return nullptr;
+    const double most = kStatedNearNoise * static_cast<double>(near->observations);
+    auto fit = with_fitted_width(*near, near == at_once, data_, options_, most);
+    return fit && fit->chi_squared < least ? fit : nullptr;
+  };
+  const bool sharp = leaves(at_once) <= leaves(stated);
+  auto fit = from(sharp ? at_once : stated);
+  if (!fit) fit = from(sharp ? stated : at_once);
   return fit && !richer_does_it(h, *fit) ? fit : nullptr;
 }
 
@@ -160,7 +170,7 @@ bool Refits::resolved(Hypothesis& h) const {
   if (fine.points != coarse)
     fit = std::make_shared<const HarmonicFit>(
         fit_harmonics(h.fit->spec, data_, h.fit->theta, h.fit.get(), fine));
-  if (fit->converged && errors_ == Errors::noise && !settled(*fit) && !on_samples(data_)) {
+  if (fit->converged && errors_ == Errors::noise && !settled(*fit)) {
     if (auto wide = as_data_say(h, nullptr, fit.get())) fit = std::move(wide);
   }
   if (fit == h.fit || !fit->converged) {

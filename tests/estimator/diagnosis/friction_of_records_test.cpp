@@ -1,0 +1,54 @@
+// Friction in free decays, and the width over which it changes its sign.
+#include <cmath>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "tests/estimator/diagnosis/two_decays.hpp"
+#include "tests/sanitized.hpp"
+
+namespace shaker::estimator::diagnosis {
+namespace {
+
+// An estimate lies within three of its standard errors, and these are less than a tenth of it.
+void expect_near(const NamedEffect& effect, const std::string& name, double truth) {
+  for (const ParameterEstimate& p : effect.parameters) {
+    if (p.name != name) continue;
+    EXPECT_NEAR(p.value, truth, 3.0 * p.standard_error) << name;
+    EXPECT_LT(p.standard_error, 0.1 * p.value) << name;
+    return;
+  }
+  ADD_FAILURE() << "no " << name;
+}
+
+// The record's own width is about 7 mm/s.
+TEST(FrictionOfRecords, IsNamedWhateverTheWidthOverWhichItReverses) {
+  for (const double width : some({5e-4, 5e-3, 4e-2})) {
+    SCOPED_TRACE(width);
+    const auto d = testing::diagnosis_of_decays(
+        [&](double u, double v) { return 400.0 * u + 0.4 * v + 0.3 * std::tanh(v / width); });
+    ASSERT_TRUE(d) << d.error().what;
+    EXPECT_EQ(d->verdict, Verdict::explained);
+    ASSERT_EQ(d->effects.size(), 1U);
+    EXPECT_EQ(d->effects[0].name, "coulomb_friction");
+    expect_near(d->effects[0], "f_c", 0.3);
+    expect_near(d->effects[0], "e", width);
+  }
+}
+
+TEST(FrictionOfRecords, ThatIsLargerAtSlowMotionIsNamedBesideAGentleReversal) {
+  const auto d = testing::diagnosis_of_decays([](double u, double v) {
+    const double slow = std::exp(-(v / 0.1) * (v / 0.1));
+    return 400.0 * u + 0.4 * v + 0.3 * (1.0 + 0.6 * slow) * std::tanh(v / 0.04);
+  });
+  ASSERT_TRUE(d) << d.error().what;
+  EXPECT_EQ(d->verdict, Verdict::explained);
+  ASSERT_EQ(d->effects.size(), 1U);
+  EXPECT_EQ(d->effects[0].name, "stribeck_friction");
+  expect_near(d->effects[0], "ratio", 1.6);
+  expect_near(d->effects[0], "v_s", 0.1);
+  expect_near(d->effects[0], "e", 0.04);
+}
+
+}  // namespace
+}  // namespace shaker::estimator::diagnosis
