@@ -17,7 +17,8 @@ using Eigen::VectorXd;
 constexpr double kSharpest = 1e-4, kBluntest = 50.0;  // of the widths that effects state
 constexpr double kStatedAt = 192.0;  // points at which a width is as stated where there is no cycle
 constexpr double kJump = 0.5, kBend = 0.05;  // widths in steps
-// m/s, scaled: on a record, of the catalogue's frictions at most. A width must not decide between them.
+// m/s, scaled: the largest width with which a friction begins on a record. The widths of the catalogue,
+// which differ, must not decide between frictions.
 constexpr double kTurnsOnRecord = 2e-3;
 // Of the width that the catalogue states: 0.2 mm/s. Twice that leaves f_c 0.3 % off, twice as far.
 constexpr double kAtOnce = 0.04;

@@ -17,8 +17,8 @@ namespace shaker::estimator::diagnosis {
 // result states the width in its model, and in `constant` with its standard error. A friction and
 // what a further input drives of it reverse over one width. Null if the model does not have exactly
 // one friction without memory, if the derivative promises that more than a quarter of chi-squared
-// and more than `most` would remain, or if no width leaves less than `most`. For periodic runs.
-// `options.points`: those of the coarsest grid.
+// and more than `most` would remain, or if no width leaves less than `most`. `options.points`: those of
+// the coarsest grid.
 std::shared_ptr<const HarmonicFit> with_fitted_width(const HarmonicFit& near, bool sharp,
                                                      const std::vector<RunDatum>& data,
                                                      const FitOptions& options, double most);
