@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <ranges>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -10,6 +11,7 @@
 
 #include "base/unit.hpp"
 #include "estimator/model/effects/catalogue.hpp"
+#include "estimator/model/effects/placed.hpp"
 #include "estimator/model/effects/scaled.hpp"
 #include "estimator/model/effects/tabulated_pin.hpp"
 #include "estimator/model/formula/formula_effect.hpp"
@@ -18,10 +20,8 @@ namespace shaker::estimator {
 namespace {
 
 std::string known_effects() {
-  std::vector<std::string_view> names;
-  for (const Effect* effect : catalogue())
-    names.push_back(effect->name());
-  return fmt::format("{}", fmt::join(names, ", "));
+  const auto name = [](const Effect* effect) { return effect->name(); };
+  return fmt::format("{}", fmt::join(catalogue() | std::views::transform(name), ", "));
 }
 
 // "1/m" becomes "1/ft" in a model whose length unit is the foot.
@@ -121,6 +121,8 @@ void ModelBuilder::add_effect(const config::EffectSpec& spec, std::size_t index)
   if (effect == &tabulated_pin())
     reject(fmt::format("{}: {} wants a \"table\" with the strokes of its {} to {} knots", place,
                        spec.effect, config::kFewestKnots, config::kMostKnots));
+  if (spec.parameters.contains(kPlace) && has_place(*effect))
+    effect = model_.own_effects_.emplace_back(make_placed(*effect)).get();
   if (spec.in_series && !effect->in_series())
     reject(fmt::format("{}/in_series: {} is no part in series; leave it out", place, spec.effect));
   Model::Term term;
@@ -129,8 +131,8 @@ void ModelBuilder::add_effect(const config::EffectSpec& spec, std::size_t index)
   place_in_coordinates(spec, place, term);
   add_constants(spec, place, term);
   add_parameters(spec, index, place, *effect);
-  auto& list = effect->instrument() != nullptr ? model_.instruments_ : model_.terms_;
-  list.push_back(std::move(term));
+  (effect->instrument() != nullptr ? model_.instruments_ : model_.terms_)
+      .push_back(std::move(term));
 }
 
 const Effect* ModelBuilder::own_effect(const config::EffectSpec& spec, const std::string& place) {
@@ -138,18 +140,16 @@ const Effect* ModelBuilder::own_effect(const config::EffectSpec& spec, const std
     reject(fmt::format("{}: the catalogue has an effect '{}'; give the formula another name", place,
                        spec.effect));
   try {
-    model_.own_effects_.push_back(make_formula_effect(spec));
+    return model_.own_effects_.emplace_back(make_formula_effect(spec)).get();
   } catch (const std::invalid_argument& error) {
     reject(fmt::format("{}/{}", place, error.what()));
   }
-  return model_.own_effects_.back().get();
 }
 
 const Effect* ModelBuilder::table_effect(const config::EffectSpec& spec, const std::string& place) {
   if (spec.effect != tabulated_pin().name())
     reject(fmt::format("{}/table: it stands in the effect {} only", place, tabulated_pin().name()));
-  model_.own_effects_.push_back(make_tabulated_pin(*spec.table));
-  return model_.own_effects_.back().get();
+  return model_.own_effects_.emplace_back(make_tabulated_pin(*spec.table)).get();
 }
 
 // Sets which coordinates an effect sees and in which equations it acts. An instrument sees

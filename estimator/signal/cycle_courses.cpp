@@ -83,8 +83,7 @@ double CycleCourses::by_chance(const Split& split, double numbers, double least)
 double probability_by_chance(const CycleCourses::Split& split, double numbers_that_follow,
                              double numbers_left, double least) {
   if (numbers_left < 1.0 || !(split.follows > 0.0)) return 1.0;
-  const double ratio =
-      split.follows / numbers_that_follow / std::max(split.rest / numbers_left, least);
+  const double ratio = split.follows / numbers_that_follow / (split.rest / numbers_left + least);
   return std::isfinite(ratio) ? fisher_f_above(ratio, numbers_that_follow, numbers_left) : 0.0;
 }
 

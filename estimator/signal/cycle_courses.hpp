@@ -34,7 +34,7 @@ class CycleCourses {
 
   // The probability that noise makes the cycles follow the courses so closely: Fisher's F of
   // `numbers` independent numbers a cycle, whose splits are summed up in `split`. `least`: the mean
-  // square of the rest that is expected anyhow. 1 where too few cycles are left to tell.
+  // square that courses are expected to have beside noise. 1 where too few cycles are left to tell.
   double by_chance(const Split& split, double numbers, double least = 0.0) const;
 
  private:

@@ -43,14 +43,51 @@ Rest rest_beside(const CycleCourses& courses, const MatrixXd& cycles) {
   return rest;
 }
 
-// `least`: square of a row's scatter that is expected anyhow.
-double chance_of(const CycleCourses& courses, const MatrixXd& scaled, double least) {
-  const auto components = static_cast<double>(scaled.cols());
-  return courses.by_chance(rest_beside(courses, scaled).split, components, least / components);
+// How much of where the samples lie follows the courses; at most the number of cycles.
+CycleCourses::Split offsets_along(const CycleCourses& courses, const std::vector<double>& offsets) {
+  CycleCourses::Split split;
+  for (const double quarter : {0.0, 0.25}) {
+    std::vector<double> turned;
+    for (const double offset : offsets)
+      turned.push_back(std::cos(2.0 * std::numbers::pi * (offset - quarter)));
+    split += courses.take_out(turned);
+  }
+  return split;
 }
 
-double trend_probability(const MatrixXd& scaled, double least) {
-  return chance_of(CycleCourses::trend(static_cast<std::size_t>(scaled.rows())), scaled, least);
+double chance_of(const CycleCourses& courses, const MatrixXd& scaled, const VectorXd& scale,
+                 const ExpectedScatter& expected) {
+  double square = expected.rounding * expected.rounding;
+  if (static_cast<Index>(expected.offsets.size()) == scaled.rows())
+    square += expected.sampling * expected.sampling *
+              offsets_along(courses, expected.offsets).follows /
+              static_cast<double>(courses.courses());
+  const auto components = static_cast<double>(scaled.cols());
+  return courses.by_chance(rest_beside(courses, scaled).split, components,
+                           square * scale.cwiseInverse().squaredNorm() / components);
+}
+
+// The expectation for the last cycles.
+ExpectedScatter of_last(ExpectedScatter expected, Index cycles) {
+  auto& offsets = expected.offsets;
+  const auto first = static_cast<std::ptrdiff_t>(offsets.size()) - cycles;
+  if (first > 0) offsets.erase(offsets.begin(), offsets.begin() + first);
+  return expected;
+}
+
+// Standard deviation of a component that is expected of all cycles.
+double expected_of_all(const ExpectedScatter& expected) {
+  const auto n = expected.offsets.size();
+  if (n == 0) return expected.rounding;
+  const double lie_apart = offsets_along(CycleCourses(n), expected.offsets).rest;
+  return std::hypot(expected.rounding,
+                    expected.sampling * std::sqrt(lie_apart / static_cast<double>(n)));
+}
+
+double trend_probability(const MatrixXd& scaled, const VectorXd& scale,
+                         const ExpectedScatter& expected) {
+  return chance_of(CycleCourses::trend(static_cast<std::size_t>(scaled.rows())), scaled, scale,
+                   of_last(expected, scaled.rows()));
 }
 
 // Cycles that are dropped beside the transient, where so many are left that they can be spared.
@@ -136,12 +173,11 @@ Dying dies_away(const MatrixXd& cycles, const MatrixXd& scaled, double angle) {
 
 }  // namespace
 
-int cycles_of_transient(const MatrixXd& cycles, double least) {
+int cycles_of_transient(const MatrixXd& cycles, const ExpectedScatter& expected) {
   const Index n = cycles.rows();
   if (n < 4) return 0;
   const Index half = n / 2;
-  const VectorXd scale = scale_of(cycles.bottomRows(n - half), least);
-  const double expected = (least * scale.cwiseInverse()).squaredNorm();
+  const VectorXd scale = scale_of(cycles.bottomRows(n - half), expected_of_all(expected));
   const MatrixXd scaled = cycles * scale.cwiseInverse().asDiagonal();
   const Eigen::RowVectorXd reference = scaled.bottomRows(n - half).colwise().mean();
   const auto p = static_cast<double>(cycles.cols());
@@ -156,7 +192,7 @@ int cycles_of_transient(const MatrixXd& cycles, double least) {
     if ((scaled.row(k) - reference).squaredNorm() > limit) drop = k + 1;
   }
   while (drop < most && n - drop > 4 &&
-         trend_probability(scaled.bottomRows(n - drop), expected) < kTrendProbability)
+         trend_probability(scaled.bottomRows(n - drop), scale, expected) < kTrendProbability)
     ++drop;
   // What has sunk into one cycle's noise still stands out of the mean's: it goes on decaying.
   if (drop > 0 && n - drop > kMinCyclesToSpare) drop += kCyclesOfSunkTransient;
@@ -165,18 +201,17 @@ int cycles_of_transient(const MatrixXd& cycles, double least) {
   return static_cast<int>(std::min(drop, most));
 }
 
-Stationarity stationarity_of(const MatrixXd& cycles, double least) {
+Stationarity stationarity_of(const MatrixXd& cycles, const ExpectedScatter& expected) {
   Stationarity found;
   const Index n = cycles.rows();
   if (n < 5) return found;
-  const VectorXd scale = scale_of(cycles, least);
+  const VectorXd scale = scale_of(cycles, expected.rounding);
   const MatrixXd scaled = cycles * scale.cwiseInverse().asDiagonal();
-  const double expected = (least * scale.cwiseInverse()).squaredNorm();
-  found.trend = trend_probability(scaled, expected) < kTrendProbability;
+  found.trend = trend_probability(scaled, scale, expected) < kTrendProbability;
   for (const int every : {2, 3, 4}) {
     if (n < 3 * every) continue;
     const auto courses = CycleCourses::repeating(static_cast<std::size_t>(n), every);
-    if (chance_of(courses, scaled, expected) >= kSubharmonicProbability) continue;
+    if (chance_of(courses, scaled, scale, expected) >= kSubharmonicProbability) continue;
     const Dying dying = dies_away(cycles, scaled, 2.0 * std::numbers::pi / every);
     if (dying.likelier && dying.sunk) {
       found.trend = true;

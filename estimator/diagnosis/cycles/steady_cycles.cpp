@@ -164,9 +164,10 @@ void fill_rows(const Recording& r, const PhaseFit& phase, const WholeCycles& cyc
   const auto take = [&](const std::vector<double>& samples, Eigen::MatrixXd& rows,
                         Eigen::Index columns) {
     rows.resize(0, columns);
-    channels.push_back({&samples, &rows});
+    channels.push_back({&samples, &rows, nullptr});
   };
   take(response, run.response, wide);
+  channels.back().sampling = &run.sampling;
   if (run.driver_measured) take(driver_of(r), run.driver, harmonic_size(run.driver_harmonics));
   if (r.acceleration.size() == r.t.size()) take(r.acceleration, run.acceleration, wide);
   if (run.kind == Kind::periodic && r.force.size() == r.t.size()) take(r.force, run.force, wide);
@@ -199,8 +200,9 @@ Result<void> on_one_clock(const Recording& r, const SteadyRun& run) {
 }
 
 // Of a harmonic of one cycle, when its samples are rounded independently.
-double scatter_of_steps(const SteadyRun& run) {
-  return run.quantisation_step / std::sqrt(6.0 * run.samples_a_cycle);
+ExpectedScatter expected_scatter(const SteadyRun& run) {
+  return {run.quantisation_step / std::sqrt(6.0 * run.samples_a_cycle), run.sampling.most(),
+          run.sampling.offsets};
 }
 
 void drop_front(Eigen::MatrixXd& rows, Eigen::Index count) {
@@ -209,10 +211,11 @@ void drop_front(Eigen::MatrixXd& rows, Eigen::Index count) {
 
 Result<void> drop_transient(const Recording& r, const SteadyOptions& options, SteadyRun& run) {
   const auto drop =
-      static_cast<Eigen::Index>(cycles_of_transient(run.response, scatter_of_steps(run)));
+      static_cast<Eigen::Index>(cycles_of_transient(run.response, expected_scatter(run)));
   for (Eigen::MatrixXd* rows : {&run.response, &run.driver, &run.acceleration, &run.force})
     drop_front(*rows, drop);
   run.when = run.when.tail(run.when.size() - drop).eval();
+  run.sampling.offsets.erase(run.sampling.offsets.begin(), run.sampling.offsets.begin() + drop);
   run.cycles_dropped = run.cycles_recorded - run.cycles();
   if (run.cycles() >= options.fewest_cycles) return {};
   return unfit(r, fmt::format("only {} of {} whole cycles are steady; at least {} are needed: "
@@ -315,7 +318,7 @@ void compare_amplitude(const Recording& r, const PhaseFit& phase, SteadyRun& run
 }
 
 void look_for_order(SteadyRun& run) {
-  const Stationarity after = stationarity_of(run.response, scatter_of_steps(run));
+  const Stationarity after = stationarity_of(run.response, expected_scatter(run));
   run.subharmonic = after.subharmonic;
   run.drifting = after.trend;
   run.dying = after.dying;

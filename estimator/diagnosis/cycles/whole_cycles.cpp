@@ -58,6 +58,8 @@ std::vector<std::size_t> fit_cycles(const Recording& run, const PhaseFit& phase,
                                     const WholeCycles& cycles, int harmonics,
                                     const std::vector<CycleChannel>& channels) {
   std::vector<std::size_t> fitted;
+  std::vector<double> offsets;
+  std::vector<LeftByHarmonics> left(channels.size(), LeftByHarmonics(cycles.samples, harmonics));
   for (const CycleChannel& channel : channels)
     channel.rows->conservativeResize(static_cast<Eigen::Index>(cycles.count()), Eigen::NoChange);
   for (std::size_t k = 0; k < cycles.count(); ++k) {
@@ -69,18 +71,25 @@ std::vector<std::size_t> fit_cycles(const Recording& run, const PhaseFit& phase,
     const Cholesky factor(normal);
     if (!factor.positive()) continue;
     bool finite = true;
-    for (const CycleChannel& channel : channels) {
+    for (std::size_t c = 0; c < channels.size(); ++c) {
+      const CycleChannel& channel = channels[c];
       const Eigen::Map<const Eigen::VectorXd> values(&(*channel.samples)[cycles.first[k]],
                                                      basis.rows());
       const Eigen::VectorXd curve = factor.solve(Eigen::VectorXd(basis.transpose() * values));
       finite = finite && curve.allFinite();
       channel.rows->row(static_cast<Eigen::Index>(fitted.size())) =
           curve.head(channel.rows->cols());
+      if (channel.sampling != nullptr) left[c].add(tau, values - basis * curve);
     }
-    if (finite) fitted.push_back(k);
+    if (!finite) continue;
+    fitted.push_back(k);
+    offsets.push_back(tau.front() * cycles.samples);
   }
-  for (const CycleChannel& channel : channels)
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    const CycleChannel& channel = channels[c];
     channel.rows->conservativeResize(static_cast<Eigen::Index>(fitted.size()), Eigen::NoChange);
+    if (channel.sampling != nullptr) *channel.sampling = {left[c].jumps(), offsets};
+  }
   return fitted;
 }
 

@@ -7,7 +7,6 @@
 
 #include "estimator/diagnosis/cycles/harmonics.hpp"
 #include "estimator/diagnosis/fit/internal/motion_integrator.hpp"
-#include "estimator/model/model_arrays.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {
@@ -54,17 +53,6 @@ bool is_near_noise(const HarmonicFit& fit) {
 bool is_better(const HarmonicFit& other, const HarmonicFit& fit) {
   if (!other.trouble.empty() || !std::isfinite(other.chi_squared)) return false;
   return !fit.trouble.empty() || other.chi_squared < kOtherValley * fit.chi_squared;
-}
-
-bool rests_at_zero(const Model& model, const std::vector<double>& theta) {
-  ModelArrays arrays;
-  arrays.shape(model, 1);
-  for (int k = model.mechanical(); k < model.coordinates(); ++k)
-    arrays.u[static_cast<std::size_t>(k)][0] = model.rest(k);
-  if (!arrays.evaluate(model, 1, theta.data())) return false;
-  for (int k = 0; k < model.mechanical(); ++k)
-    if (arrays.g[static_cast<std::size_t>(k)][0] != 0.0) return false;
-  return true;
 }
 
 RunDatum forces_along_motion(const RunDatum& response, const Model& model) {

@@ -11,8 +11,8 @@
 
 #include <fmt/format.h>
 
+#include "estimator/diagnosis/fit/internal/places_of_rest.hpp"
 #include "estimator/diagnosis/internal/motion_range.hpp"
-#include "estimator/diagnosis/noise/internal/first_fit.hpp"
 #include "estimator/diagnosis/records/internal/transient_run.hpp"
 #include "estimator/diagnosis/score/internal/scoring.hpp"
 #include "estimator/math/dense.hpp"

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "estimator/diagnosis/fit/internal/motion_integrator.hpp"
+#include "estimator/diagnosis/fit/internal/places_of_rest.hpp"
 #include "estimator/diagnosis/noise/internal/first_fit.hpp"
 #include "estimator/diagnosis/noise/internal/wrong_unit.hpp"
 #include "estimator/diagnosis/records/internal/transient_cosines.hpp"

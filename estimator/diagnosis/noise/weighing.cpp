@@ -43,6 +43,11 @@ RunDatum datum_of(const SteadyRun& run, const VectorXd& mean, const RunNoise& no
   datum.response.conservativeResize(size);
   datum.error = noise.variance.head(size).cwiseSqrt();
   datum.freedom = noise.freedom.head(size);
+  const MatrixXd sampled = run.sampling.covariance_of_mean(size);
+  if (sampled.trace() > 0.0) {
+    const MatrixXd scattered = datum.error.cwiseAbs2().asDiagonal();
+    set_covariance(datum, scattered + sampled);
+  }
   return datum;
 }
 
@@ -205,7 +210,7 @@ Weighed weigh(const std::vector<SteadyRun>& runs, HarmonicFit& fit) {
   for (std::size_t r = 0; r < runs.size(); ++r) {
     RunDatum datum = datum_of(runs[r], scatter[r].cycles.colwise().mean(), noise.runs[r]);
     const auto shared = std::min(datum.response.size(), following[r].slope.rows());
-    MatrixXd covariance = datum.error.cwiseAbs2().asDiagonal();
+    MatrixXd covariance = covariance_of(datum);
     covariance += added[r].topLeftCorner(datum.response.size(), datum.response.size());
     if (following[r].any() && unfollowed > 0.0) {
       const auto size = following[r].slope.cols();

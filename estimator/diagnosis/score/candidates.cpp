@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "estimator/diagnosis/fit/internal/places_of_rest.hpp"
 #include "estimator/model/effects/catalogue.hpp"
 #include "estimator/model/effects/scaled.hpp"
 
@@ -66,7 +67,7 @@ constexpr double kForce = 18.0;       // per unit mass, m/s^2
 // begins at the catalogue's 0.02, and may be ten times what would carry the whole force.
 constexpr double kInertia = 50.0;
 
-std::vector<Probe> probes_of(const Effect& effect, const MotionRange& range) {
+std::vector<Probe> probes_of(const Effect& effect, const MotionRange& range, bool own_zero) {
   Probe plain;
   plain.line.effect = std::string(effect.name());
   plain.line.scale = scale_of(range);
@@ -102,13 +103,16 @@ std::vector<Probe> probes_of(const Effect& effect, const MotionRange& range) {
     }
     probes = std::move(finer);
   }
-  // A force of the stroke is at rest somewhere along it, unless that is about zero anyway: first
+  // A force of the stroke is at rest at zero, or somewhere along the motion, or preloaded at zero: first
   // guesses, which its refit moves.
   for (const ConstantInfo& constant : effect.constants()) {
     const double middle = 0.5 * (range.low + range.high);
     if (constant.symbol != "u0" || std::fabs(middle) < 0.2 * (range.high - range.low)) continue;
-    std::vector<Probe> placed;
-    for (const double place : linear(range.low, range.high, {0.25, 0.5, 0.75, 0.9})) {
+    std::vector<double> places = linear(range.low, range.high, {0.25, 0.5, 0.75, 0.9});
+    const PlacesOfRest all = places_of_rest(own_zero, range.low, range.high);
+    if (all.low < 0.0 && all.high > 0.0) places.push_back(middle > 0.0 ? all.low : all.high);
+    std::vector<Probe> placed = probes;
+    for (const double place : places) {
       for (Probe probe : probes) {
         probe.line.constants["u0"] = place;
         placed.push_back(std::move(probe));
@@ -276,8 +280,10 @@ Catalogue candidates(const config::ModelSpec& base, const MotionRange& range, Ki
   const config::EffectSpec* path = several ? load_path(base) : nullptr;
   std::vector<std::string> misplaced;
   Catalogue all;
+  const Model model(base);
+  const bool own_zero = !rests_at_zero(model, model.start());
   const auto candidate_of = [&](const Effect& effect) {
-    Candidate candidate{&effect, probes_of(effect, range)};
+    Candidate candidate{&effect, probes_of(effect, range, own_zero)};
     if (!several || !of_damper(effect)) return candidate;
     for (Probe& probe : candidate.probes) {
       probe.line.sees = path->sees;

@@ -1,66 +1,136 @@
-// The rest position u0 of a force k (u - u0) is a constant of its line without a derivative, so it
-// is fitted by differences. With a wrong rest position other effects (a spring, a sensor offset)
-// would compensate and be named too.
+// In the catalogue, the place of rest u0 of a force k (u - u0) is a constant. It is fitted here: a model
+// whose line has the place among its parameters (effects/placed.hpp) is fitted, and its place becomes the
+// constant again. With a wrong place of rest other effects (a spring, a sensor offset) would compensate
+// and be named too.
 #include "estimator/diagnosis/select/internal/centring.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <string>
+#include <utility>
 
+#include "estimator/diagnosis/fit/internal/places_of_rest.hpp"
 #include "estimator/diagnosis/fit/internal/smoothing.hpp"
 #include "estimator/diagnosis/internal/motion_range.hpp"
-#include "estimator/diagnosis/score/internal/scoring.hpp"
+#include "estimator/diagnosis/noise/internal/first_fit.hpp"
 #include "estimator/diagnosis/select/internal/refits.hpp"
-#include "estimator/math/dense.hpp"
+#include "estimator/model/effects/catalogue.hpp"
+#include "estimator/model/effects/placed.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {
 
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
+using Eigen::Index;
 
-constexpr double kTrifle = 0.1;                        // of chi-squared, that a step promises
-constexpr double kDifference = 1e-3;                   // of the place
-constexpr double kReach = 0.25;                        // of the place, of a first step
-constexpr int kCentringRounds = 12, kFollowing = 200;  // steps of the parameters that follow
+constexpr PlacesOfRest kAnywhere{-1e12, 1e12};
+constexpr int kLongerWays = 3;  // times the steps of a fit
 
-struct CentringStep {
-  double place = 0.0;
-  VectorXd theta;               // of the parameters that are free, along with it
-  double gain = 0.0;            // of chi-squared, that is promised
-  double standard_error = 0.0;  // of the place
-};
-
-// A Gauss-Newton step in which the parameters follow. Empty if the data do not show the position.
-std::optional<CentringStep> step_of(const HarmonicFit& fit, const HarmonicFit& lower,
-                                    const HarmonicFit& upper, double apart,
-                                    const std::vector<RunDatum>& data) {
-  const VectorXd residual = stacked_residual(fit, data);
-  const VectorXd change = (stacked_residual(lower, data) - stacked_residual(upper, data)) / apart;
-  const MatrixXd jacobian = stacked_jacobian(fit, data, fit.free);
-  const Projector project(jacobian);
-  const VectorXd seen = project(change);
-  const double visible = seen.squaredNorm();
-  if (!std::isfinite(visible) || visible < 1e-12 * change.squaredNorm()) return std::nullopt;
-  CentringStep step;
-  const double along = seen.dot(residual);
-  step.place = along / visible;
-  step.gain = along * along / visible;
-  step.standard_error = 1.0 / std::sqrt(visible);
-  step.theta = shortest_least_squares(jacobian, change);
-  return step;
+bool rests_somewhere(const config::EffectSpec& line) {
+  const Effect* effect = find_effect(line);
+  return effect != nullptr && has_place(*effect);
 }
 
-// The predictions of the fit with another rest position, at the same parameters.
-HarmonicFit moved(const HarmonicFit& fit, std::size_t line, double place,
-                  const std::vector<RunDatum>& data) {
-  config::ModelSpec spec = fit.spec;
-  spec.effects[line].constants["u0"] = place;
-  FitOptions options;
-  options.max_iterations = 0;
-  options.points = fit.predictions.front().points();
-  options.sharp = has_smoothing(spec);
-  return fit_harmonics(spec, data, fit.theta, &fit, options);
+bool is_fitted(const config::EffectSpec& line) {
+  return line.constants.contains(kPlace);
+}
+
+// Where it is not fitted, a spring rests at zero.
+double place_of(const config::EffectSpec& line) {
+  const auto stated = line.constants.find(kPlace);
+  return stated == line.constants.end() ? 0.0 : stated->second;
+}
+
+config::ModelSpec with_place(config::ModelSpec spec, std::size_t line,
+                             std::optional<double> place) {
+  spec.effects[line].constants.erase(kPlace);
+  if (place) spec.effects[line].constants[kPlace] = *place;
+  return spec;
+}
+
+// The same model with the place among the parameters.
+config::ModelSpec with_free_place(const config::ModelSpec& spec, std::size_t line,
+                                  const PlacesOfRest& within) {
+  config::ModelSpec free = with_place(spec, line, {});
+  config::ParameterSpec& place = free.effects[line].parameters[kPlace];
+  place.start = place_of(spec.effects[line]);
+  place.lower = std::min(within.low, *place.start);
+  place.upper = std::max(within.high, *place.start);
+  return free;
+}
+
+// Index of the place among the parameters of such a model.
+std::size_t index_of_place(const Model& free, std::size_t line) {
+  const auto& all = free.parameters();
+  const auto found = std::find_if(all.begin(), all.end(), [&](const ModelParameter& p) {
+    return p.line == line && p.symbol == kPlace;
+  });
+  return static_cast<std::size_t>(found - all.begin());
+}
+
+// A fit whose place is among the parameters, from the parameters of one whose place is a constant.
+struct FreePlace {
+  HarmonicFit fit;
+  std::size_t index = 0;
+  int parameter() const { return static_cast<int>(index); }
+  double place() const { return fit.theta[index]; }
+  std::vector<double> others() const {
+    std::vector<double> theta = fit.theta;
+    theta.erase(theta.begin() + static_cast<std::ptrdiff_t>(index));
+    return theta;
+  }
+};
+
+FreePlace with_free_place(const HarmonicFit& fit, std::size_t line, const PlacesOfRest& within,
+                          const std::vector<RunDatum>& data, const FitOptions& options) {
+  const config::ModelSpec spec = with_free_place(fit.spec, line, within);
+  FreePlace free;
+  free.index = index_of_place(Model(spec), line);
+  std::vector<double> theta = fit.theta;
+  theta.insert(theta.begin() + static_cast<std::ptrdiff_t>(free.index),
+               place_of(fit.spec.effects[line]));
+  free.fit = fit_harmonics(spec, data, theta, &fit, options);
+  return free;
+}
+
+// Of a force in proportion to a power of the stretch.
+double power_of(const Effect& effect) {
+  const double one = 1.0, zero = 0.0;
+  Points at;
+  at.n = 1;
+  at.u = at.v = at.a = &one;
+  double f = 0.0, f_u = 0.0, f_v = 0.0, f_a = 0.0, f_k = 0.0;
+  double* const f_theta[] = {&f_k};
+  Forces out;
+  out.f = &f;
+  out.f_u = &f_u;
+  out.f_v = &f_v;
+  out.f_a = &f_a;
+  out.f_theta = f_theta;
+  return effect.evaluate(at, &one, &zero, out) ? f_u / f : std::nan("");
+}
+
+bool rests_within(const config::EffectSpec& line, const MotionRange& motion) {
+  const double place = place_of(line);
+  return place >= motion.low && place <= motion.high;
+}
+
+// What a parameter costs of chi-squared.
+double cost_of_one(const HarmonicFit& fit) {
+  return std::log(static_cast<double>(fit.observations));
+}
+
+// The free parameters, per unit of the place.
+Eigen::VectorXd bends_of(const FreePlace& free, const HarmonicFit& fit, std::ptrdiff_t column) {
+  Eigen::VectorXd bends = Eigen::VectorXd::Zero(static_cast<Index>(fit.free.size()));
+  for (std::size_t k = 0; k < fit.free.size(); ++k) {
+    const int there = fit.free[k] + (fit.free[k] >= free.parameter() ? 1 : 0);
+    const auto row = std::find(free.fit.free.begin(), free.fit.free.end(), there);
+    if (row == free.fit.free.end()) continue;
+    bends[static_cast<Index>(k)] = free.fit.covariance(row - free.fit.free.begin(), column) /
+                                   free.fit.covariance(column, column);
+  }
+  return bends;
 }
 
 }  // namespace
@@ -68,9 +138,45 @@ HarmonicFit moved(const HarmonicFit& fit, std::size_t line, double place,
 std::vector<std::size_t> fitted_places(const config::ModelSpec& spec, std::size_t first_added) {
   std::vector<std::size_t> lines;
   for (std::size_t line = first_added; line < spec.effects.size(); ++line) {
-    if (spec.effects[line].constants.contains("u0")) lines.push_back(line);
+    if (is_fitted(spec.effects[line])) lines.push_back(line);
   }
   return lines;
+}
+
+std::optional<config::EffectSpec> same_slope(const HarmonicFit& fit, std::size_t line,
+                                             config::EffectSpec other, const MotionRange& motion) {
+  const config::EffectSpec& known = fit.spec.effects[line];
+  if (!rests_somewhere(known) || !rests_somewhere(other)) return std::nullopt;
+  const auto& parameters = fit.model->parameters();
+  const auto own = std::find_if(parameters.begin(), parameters.end(),
+                                [&](const ModelParameter& p) { return p.line == line; });
+  const double size = fit.theta[static_cast<std::size_t>(own - parameters.begin())];
+  const double q = power_of(*find_effect(known)), p = power_of(*find_effect(other));
+  const double middle = 0.5 * (motion.low + motion.high), stretch = middle - place_of(known);
+  // A straight line has no curve to match: then the place stays.
+  const double other_stretch = p == 1.0   ? stretch / q
+                               : q == 1.0 ? stretch
+                                          : stretch * (p - 1.0) / (q - 1.0);
+  const ParameterInfo& stiffness = find_effect(other)->parameters().front();
+  const double start =
+      size * q * std::pow(stretch, q - 1.0) / (p * std::pow(other_stretch, p - 1.0));
+  if (!std::isfinite(start) || start < stiffness.lower) return std::nullopt;
+  other.parameters[std::string(stiffness.symbol)].start = start;
+  other.constants[kPlace] = middle - other_stretch;
+  return other;
+}
+
+int count_of_places(const config::ModelSpec& spec, std::size_t first_added,
+                    const MotionRange& motion) {
+  // Where the motion passes zero, springs rest there, and nothing is chosen.
+  const bool chosen = motion.low > 0.0 || motion.high < 0.0;
+  int count = 0;
+  for (std::size_t line = first_added; line < spec.effects.size(); ++line) {
+    if (!rests_somewhere(spec.effects[line])) continue;
+    const bool fitted = is_fitted(spec.effects[line]);
+    if (fitted || chosen) count += !fitted || rests_within(spec.effects[line], motion) ? 1 : 2;
+  }
+  return count;
 }
 
 std::vector<FittedConstant> places_of(const Hypothesis& h, const std::vector<RunDatum>& data,
@@ -78,61 +184,58 @@ std::vector<FittedConstant> places_of(const Hypothesis& h, const std::vector<Run
   const HarmonicFit& fit = rounded(h);
   std::vector<FittedConstant> places;
   for (const std::size_t line : fitted_places(fit.spec, first_added)) {
-    const double place = fit.spec.effects[line].constants.at("u0");
-    const double difference = kDifference * std::fabs(place);
-    const HarmonicFit lower = moved(fit, line, place - difference, data);
-    const HarmonicFit upper = moved(fit, line, place + difference, data);
-    if (!std::isfinite(lower.chi_squared) || !std::isfinite(upper.chi_squared)) continue;
-    const auto step = step_of(fit, lower, upper, 2.0 * difference, data);
-    if (!step) continue;
-    const double told = h.fit->spec.effects[line].constants.at("u0");
-    places.push_back({line, "u0", fit.spec.length_unit, told, step->standard_error, -step->theta});
+    const double told = place_of(h.fit->spec.effects[line]);
+    FitOptions still;
+    still.max_iterations = 0;
+    still.points = fit.predictions.front().points();
+    still.sharp = has_smoothing(fit.spec);
+    const FreePlace free = with_free_place(fit, line, kAnywhere, data, still);
+    const auto& all = free.fit.free;
+    const auto column = std::find(all.begin(), all.end(), free.parameter()) - all.begin();
+    const double error = free.fit.standard_error(free.parameter());
+    if (column == static_cast<std::ptrdiff_t>(all.size()) || !std::isfinite(error)) continue;
+    places.push_back(
+        {line, kPlace, fit.spec.length_unit, told, error, bends_of(free, fit, column)});
   }
   return places;
 }
 
-std::shared_ptr<const HarmonicFit> Refits::about(const HarmonicFit& fit, std::size_t line,
-                                                 double place, const std::vector<double>& theta,
-                                                 int iterations) const {
-  config::ModelSpec spec = fit.spec;
-  spec.effects[line].constants["u0"] = place;
-  FitOptions options = options_for(spec);
-  options.max_iterations = std::min(options.max_iterations, iterations);
-  return std::make_shared<const HarmonicFit>(fit_harmonics(spec, data_, theta, &fit, options));
+// The step at zero says whether the place is worth a parameter.
+bool Refits::rests_elsewhere(const HarmonicFit& fit, std::size_t line,
+                             const PlacesOfRest& within) const {
+  FitOptions still = options_for(fit.spec);
+  still.max_iterations = 0;
+  const FreePlace free = with_free_place(fit, line, within, data_, still);
+  return std::pow(pull(free.fit, data_, free.parameter()), 2) > cost_of_one(fit);
 }
 
 void Refits::centre(Hypothesis& h, std::size_t line) const {
-  const auto given = h.fit->spec.effects[line].constants.find("u0");
-  if (given == h.fit->spec.effects[line].constants.end()) return;
-  const double difference = kDifference * std::fabs(given->second);
-  double reach = kReach * std::fabs(given->second);
-  // Outside of the motion, a force that bends about its place of rest is nearly a constant: a preload, or
-  // friction along a motion to one side.
+  if (!rests_somewhere(h.fit->spec.effects[line]) || !std::isfinite(h.fit->chi_squared)) return;
   const MotionRange range = range_of(data_);
-  const double low = std::min(range.low, given->second), high = std::max(range.high, given->second);
-  for (int round = 0; round < kCentringRounds && std::isfinite(h.fit->chi_squared); ++round) {
-    const HarmonicFit& now = *h.fit;
-    const double place = now.spec.effects[line].constants.at("u0");
-    const auto lower = about(now, line, place - difference, now.theta, 0);
-    const auto upper = about(now, line, place + difference, now.theta, 0);
-    if (!std::isfinite(lower->chi_squared) || !std::isfinite(upper->chi_squared)) break;
-    const auto step = step_of(now, *lower, *upper, 2.0 * difference, data_);
-    if (!step || step->gain < kTrifle) break;
-    const double moved =
-        std::clamp(place + std::clamp(step->place, -reach, reach), low, high) - place;
-    std::vector<double> theta = now.theta;
-    for (std::size_t k = 0; k < now.free.size(); ++k) {
-      const auto parameter = static_cast<std::size_t>(now.free[k]);
-      const ModelParameter& p = now.model->parameters()[parameter];
-      theta[parameter] = std::clamp(
-          theta[parameter] - moved * step->theta[static_cast<Eigen::Index>(k)], p.lower, p.upper);
-    }
-    const auto next = about(now, line, place + moved, theta, kFollowing);
-    const double won = h.fit->chi_squared - next->chi_squared;
-    if (won > 0.0) h.fit = next;
-    if (!(won > 0.0)) reach = 0.25 * std::fabs(moved);
-    if (std::fabs(won) < kTrifle) break;
+  const PlacesOfRest within =
+      places_of_rest(!rests_at_zero(*base_.model, base_.theta), range.low, range.high);
+  if (!is_fitted(h.fit->spec.effects[line]) && !rests_elsewhere(*h.fit, line, within)) return;
+  const FitOptions options = options_for(h.fit->spec);
+  FreePlace free = with_free_place(*h.fit, line, within, data_, options);
+  // Place, stiffness and gas column share a long valley. Near noise its end is worth the way.
+  for (int more = 0; more < kLongerWays && !free.fit.converged && !is_far_above_noise(free.fit);
+       ++more)
+    free.fit = fit_harmonics(free.fit.spec, data_, free.fit.theta, &free.fit, options);
+  if (!std::isfinite(free.fit.chi_squared)) return;
+  const auto at = [&](std::optional<double> place) {
+    return std::make_shared<const HarmonicFit>(fit_harmonics(
+        with_place(h.fit->spec, line, place), data_, free.others(), &free.fit, options));
+  };
+  if (free.fit.chi_squared < h.fit->chi_squared) {
+    const auto placed = at(free.place());
+    if (placed->chi_squared < h.fit->chi_squared) h.fit = placed;
   }
+  // A place that the data do not tell from zero is zero.
+  const double errors = free.place() / free.fit.standard_error(free.parameter());
+  const double cost = cost_of_one(free.fit);
+  if (!is_fitted(h.fit->spec.effects[line]) || !(errors * errors < cost)) return;
+  const auto at_zero = at({});
+  if (at_zero->chi_squared < h.fit->chi_squared + cost) h.fit = at_zero;
 }
 
 }  // namespace shaker::estimator::diagnosis

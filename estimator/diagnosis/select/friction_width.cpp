@@ -15,7 +15,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 // Relative to the width of the catalogue: the first width above zero, and the ends of the range.
-constexpr double kFirst = 0.2, kNarrowest = 0.02, kWidest = 10.0;
+constexpr double kFirst = 0.2, kNarrowest = 0.02, kWidest = 50.0;
+constexpr double kWide[] = {5.0, 15.0};      // that are tried where neither end leads to it
 constexpr double kWider = 0.1;               // of a width: for the slope over it
 constexpr double kStride = 3.0;              // times as wide, or as narrow, in one step at most
 constexpr double kPromised = 0.25;           // of chi-squared, left at most
@@ -64,6 +65,20 @@ class Widths {
     if (!wider) return std::nullopt;
     const VectorXd apart = stacked_residual(fit, data_) - stacked_residual(*wider, data_);
     return step_of(fit, data_, apart / (to - width));
+  }
+
+  // The better fit at two wide widths; null if it does not leave far less. A coarse grid follows them.
+  std::shared_ptr<HarmonicFit> wide(const HarmonicFit& near, double most, double& width) const {
+    std::shared_ptr<HarmonicFit> best;
+    double least = std::max(most, kPromised * near.chi_squared);
+    for (const double times : kWide) {
+      auto next = fitted(at(times * usual()), best ? *best : near, near.theta);
+      if (!next->converged || !(next->chi_squared < least)) continue;
+      least = next->chi_squared;
+      best = std::move(next);
+      width = times * usual();
+    }
+    return best;
   }
 
   // The fit at the width of a step, or halfway there; null if neither is better.
@@ -163,8 +178,9 @@ std::shared_ptr<const HarmonicFit> with_fitted_width(const HarmonicFit& near, bo
   const Turning& turning = turnings.front();
   double width = sharp ? 0.0 : turning.width;
   auto step = widths.step_from(near, width);
-  if (!step || !promising(*step, near, most)) return nullptr;
-  std::shared_ptr<HarmonicFit> best = widths.stepped(near, *step, width);
+  const bool leads = step && promising(*step, near, most);
+  std::shared_ptr<HarmonicFit> best =
+      leads ? widths.stepped(near, *step, width) : widths.wide(near, most, width);
   for (int tries = 1; best; ++tries) {
     step = widths.step_from(*best, width);
     if (!step) return nullptr;

@@ -7,6 +7,7 @@
 
 #include "estimator/diagnosis/fit/internal/predicted_runs.hpp"
 #include "estimator/diagnosis/fit/internal/smoothing.hpp"
+#include "estimator/diagnosis/internal/motion_range.hpp"
 #include "estimator/diagnosis/noise/internal/first_fit.hpp"
 #include "estimator/diagnosis/score/internal/scoring.hpp"
 #include "estimator/diagnosis/select/internal/centring.hpp"
@@ -33,16 +34,6 @@ int find_parameter(const Model& model, const std::string& effect, std::string_vi
       return static_cast<int>(k);
   }
   return -1;
-}
-
-// Number of standard errors by which a parameter would pass the bound that holds it, with all other
-// parameters following.
-double pull(const HarmonicFit& fit, const std::vector<RunDatum>& data, int parameter) {
-  const auto at = std::find(fit.free.begin(), fit.free.end(), parameter) - fit.free.begin();
-  if (at == static_cast<std::ptrdiff_t>(fit.free.size())) return 0.0;
-  const Eigen::VectorXd along =
-      stacked_jacobian(fit, data, fit.free).transpose() * stacked_residual(fit, data);
-  return fit.covariance.row(at).dot(along) / fit.standard_error(parameter);
 }
 
 // An estimate has errors. If an effect is as large as physics allows, half of its estimates fall
@@ -110,6 +101,14 @@ std::string disqualification(const HarmonicFit& fit, const std::vector<RunDatum>
 }
 
 }  // namespace
+
+double pull(const HarmonicFit& fit, const std::vector<RunDatum>& data, int parameter) {
+  const auto at = std::find(fit.free.begin(), fit.free.end(), parameter) - fit.free.begin();
+  if (at == static_cast<std::ptrdiff_t>(fit.free.size())) return 0.0;
+  const Eigen::VectorXd along =
+      stacked_jacobian(fit, data, fit.free).transpose() * stacked_residual(fit, data);
+  return fit.covariance.row(at).dot(along) / fit.standard_error(parameter);
+}
 
 const HarmonicFit& rounded(const Hypothesis& h) {
   return h.rounded ? *h.rounded : *h.fit;
@@ -236,8 +235,7 @@ Hypothesis Refits::with_instead(const Hypothesis& known, const std::string& effe
                                  [&](const auto& own) { return own.effect == effect; });
   *line = other;
   h.fit = refitted(spec, carried_across(Model(spec), other.effect, parent, effect), nullptr);
-  judge(h);
-  if (std::isfinite(h.fit->chi_squared)) describe(h);
+  finish(h);
   return h;
 }
 
@@ -255,10 +253,9 @@ bool Refits::recentred(Hypothesis& h) const {
   const auto& lines = h.fit->spec.effects;
   if (h.rounded || h.effects.size() < 2) return false;
   for (std::size_t line = first_added(); line + 1 < lines.size(); ++line) {
-    if (!lines[line].constants.contains("u0")) continue;
     const double before = h.fit->chi_squared;
     centre(h, line);
-    if (before - h.fit->chi_squared < kRecentringGain) return false;
+    if (before - h.fit->chi_squared < kRecentringGain) continue;
     judge(h);
     describe(h);
     return true;
@@ -267,9 +264,9 @@ bool Refits::recentred(Hypothesis& h) const {
 }
 
 void Refits::describe(Hypothesis& h) const {
-  const auto constants =
-      fitted_places(h.fit->spec, first_added()).size() + (h.fit->constant ? 1U : 0U);
-  h.added = static_cast<int>(constants + h.fit->free.size() - base_.free.size());
+  const int constants =
+      count_of_places(h.fit->spec, first_added(), range_of(data_)) + (h.fit->constant ? 1 : 0);
+  h.added = constants + static_cast<int>(h.fit->free.size() - base_.free.size());
   const std::vector<RunDatum>& data = h.data ? *h.data : data_;
   h.log_evidence = log_evidence(*h.fit, data, h.added);
   for (std::size_t r = 0; r < data.size(); ++r) {

@@ -6,7 +6,10 @@
 #include <utility>
 
 #include "estimator/diagnosis/fit/internal/smoothing.hpp"
+#include "estimator/diagnosis/internal/motion_range.hpp"
 #include "estimator/diagnosis/select/internal/candidate_set.hpp"
+#include "estimator/diagnosis/select/internal/centring.hpp"
+#include "estimator/diagnosis/select/internal/families.hpp"
 #include "estimator/diagnosis/select/internal/nesting.hpp"
 #include "estimator/diagnosis/select/internal/pairs.hpp"
 #include "estimator/diagnosis/select/internal/refits.hpp"
@@ -19,10 +22,11 @@ namespace {
 constexpr int kExchanges = 2;  // for each effect of the best
 constexpr int kPairs = 3;      // of effects that only act together
 // Effects by which a hypothesis of one effect is extended, and one of more.
-constexpr int kExtensionsOfOne = 6, kExtensionsOfMore = 4;
+constexpr int kExtensionsOfOne = 8, kExtensionsOfMore = 4;
 constexpr double kNearlyAll = 0.01;  // of chi-squared, left by one effect that closes the gap alone
-constexpr double kMinRefitGain = 5.0;  // of chi-squared: less is chance
-constexpr double kMaxNearRatio = 4.0;  // of chi-squared, times the best one's
+constexpr double kMinRefitGain = 5.0;     // of chi-squared: less is chance
+constexpr double kMaxNearRatio = 4.0;     // of chi-squared, times the best one's
+constexpr double kMaxWrongValley = 16.0;  // the same, of one that may stand in another valley
 constexpr double kMaxRemainingShare =
     0.5;  // of chi-squared, that one more effect must leave at most
 
@@ -95,6 +99,7 @@ class Search {
       begin_elsewhere(level);
       candidate_set_.choose();
     }
+    if (candidate_set_.chosen()) begin_kin();
     for (int size = 2; size <= options_.most_effects && !candidate_set_.settled(); ++size) {
       if (!candidate_set_.goes_on()) break;
       progress_(0.4 + 0.2 * size);
@@ -279,6 +284,24 @@ class Search {
     return heaviest().effects != best.effects;
   }
 
+  // Springs that do nearly the same may have ended in valleys of their own. Each begins from the best one.
+  void begin_kin() {
+    const Hypothesis best = found_.hypotheses[found_.best];  // a copy: they become more
+    const EffectKind* kind = kind_of(best.effects.front());
+    if (best.effects.size() != 1 || kind == nullptr) return;
+    const MotionRange motion = range_of(data_);
+    std::vector<std::size_t> made;
+    for (const Candidate& candidate : all_) {
+      const std::string& kin = candidate.name();
+      if (kind_of(kin) != kind || kin == best.effects.front()) continue;
+      const auto line = same_slope(*best.fit, found_.base.fit->spec.effects.size(),
+                                   candidate.probes.front().line, motion);
+      if (line && candidate_set_.goes_on())
+        candidate_set_.keep(refits_.with_instead(best, best.effects.front(), *line), made);
+    }
+    candidate_set_.choose();
+  }
+
   // If the base model has bent far, an effect may have no gain at its fit, or may end in a valley
   // of its own. Before a pair is believed, each single effect is tried from where it acts.
   void begin_elsewhere(std::vector<std::size_t>& level) {
@@ -307,7 +330,7 @@ class Search {
     const double best = candidate_set_.left_by_best();
     if (!candidate_set_.chosen() || best > kMaxNearRatio * found_.base.fit->observations)
       return false;
-    const double near = kMaxNearRatio * best;
+    const double near = kMaxWrongValley * best;
     bool better = false;
     for (const Candidate& candidate : all_) {
       const Hypothesis* known = candidate_set_.find({candidate.name()});
@@ -365,16 +388,6 @@ Selection select_effects(HarmonicFit base, const std::vector<RunDatum>& data,
   progress(0.2);
   if (!found.adequate || options.by_gap) Search(found, data, candidates, options, progress).run();
   return found;
-}
-
-void take_to_zero_width(Selection& found, std::size_t hypothesis, const std::vector<RunDatum>& data,
-                        const FitOptions& options) {
-  const Refits refits(*found.base.fit, data, options, Errors::residual);
-  Hypothesis& wide = found.hypotheses[hypothesis];
-  Hypothesis sharp = wide;
-  const bool better = refits.narrowed(sharp) && sharp.fit->chi_squared < wide.fit->chi_squared;
-  if (better && sharp.disqualified.empty()) wide = std::move(sharp);
-  refits.finish_narrowing(wide);
 }
 
 }  // namespace shaker::estimator::diagnosis

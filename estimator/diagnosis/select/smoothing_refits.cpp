@@ -3,10 +3,12 @@
 #include <cmath>
 #include <limits>
 
+#include "estimator/diagnosis/fit/internal/predicted_runs.hpp"
 #include "estimator/diagnosis/fit/internal/smoothing.hpp"
 #include "estimator/diagnosis/select/internal/friction_width.hpp"
 #include "estimator/diagnosis/select/internal/nesting.hpp"
 #include "estimator/diagnosis/select/internal/refits.hpp"
+#include "estimator/diagnosis/select/internal/selection.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {
@@ -135,7 +137,10 @@ std::shared_ptr<const HarmonicFit> Refits::as_data_say(const Hypothesis& h,
   const double least = std::min(leaves(at_once), leaves(stated));
   const auto from = [&](const HarmonicFit* near) -> std::shared_ptr<const HarmonicFit> {
     if (near == nullptr) return nullptr;
-    const double most = kStatedNearNoise * static_cast<double>(near->observations);
+    double most = kStatedNearNoise * static_cast<double>(near->observations);
+    // Along a motion that is known a fit costs little, and is believed far from noise too.
+    if (along_motion(data_))
+      most = std::max(most, kStatedLeaves * std::min(least, near->chi_squared));
     auto fit = with_fitted_width(*near, near == at_once, data_, options_, most);
     return fit && fit->chi_squared < least ? fit : nullptr;
   };
@@ -180,6 +185,16 @@ bool Refits::resolved(Hypothesis& h) const {
   }
   set_narrowed(h, std::move(fit), nullptr);
   return true;
+}
+
+void take_to_zero_width(Selection& found, std::size_t hypothesis, const std::vector<RunDatum>& data,
+                        const FitOptions& options) {
+  const Refits refits(*found.base.fit, data, options, Errors::residual);
+  Hypothesis& wide = found.hypotheses[hypothesis];
+  Hypothesis sharp = wide;
+  const bool better = refits.narrowed(sharp) && sharp.fit->chi_squared < wide.fit->chi_squared;
+  if (better && sharp.disqualified.empty()) wide = std::move(sharp);
+  refits.finish_narrowing(wide);
 }
 
 }  // namespace shaker::estimator::diagnosis

@@ -8,6 +8,7 @@
 
 #include "estimator/diagnosis/campaign.hpp"
 #include "estimator/diagnosis/cycles/internal/phase_fit.hpp"
+#include "estimator/diagnosis/cycles/jump_sampling.hpp"
 
 namespace shaker::estimator::diagnosis {
 
@@ -26,6 +27,7 @@ WholeCycles whole_cycles(const Recording& run, const PhaseFit& phase);
 struct CycleChannel {
   const std::vector<double>* samples = nullptr;
   Eigen::MatrixXd* rows = nullptr;
+  JumpSampling* sampling = nullptr;  // receives how its jumps are sampled, unless it is null
 };
 
 // Fits every cycle that is complete; an incomplete cycle gets no row. Returns the indices of the

@@ -10,10 +10,6 @@
 
 namespace shaker::estimator::diagnosis {
 
-// True if the model makes no force at rest in its zero. Where a record has its zero is then nothing
-// that the model says.
-bool rests_at_zero(const Model& model, const std::vector<double>& theta);
-
 // Turns a periodic response into forces along its measured motion: the measured excitation minus
 // the inertia, as the force of an imposed motion. For a model with one mechanical coordinate.
 RunDatum forces_along_motion(const RunDatum& response, const Model& model);

@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "estimator/diagnosis/fit/internal/places_of_rest.hpp"
 #include "estimator/diagnosis/fit/internal/smoothing.hpp"
 #include "estimator/diagnosis/score/internal/candidates.hpp"
 #include "estimator/diagnosis/select/internal/hypothesis.hpp"
@@ -17,6 +18,10 @@ enum class Errors {
   noise,
   residual  // what the best of a first search left besides: that of a corner is small beside it
 };
+
+// Number of standard errors by which a parameter of a fit would go on, over a bound or after no step, with
+// all other parameters following.
+double pull(const HarmonicFit& fit, const std::vector<RunDatum>& data, int parameter);
 
 // The arguments of the constructor must outlive the object.
 class Refits {
@@ -67,11 +72,9 @@ class Refits {
                     std::shared_ptr<const std::vector<RunDatum>> data) const;
   void finish(Hypothesis& h) const;
   void judge(Hypothesis& h) const;
-  // Fits the rest position of a line's force too, if the model file does not state it
-  // (centring.cpp).
+  // Fits the place of rest of a force too, where the data tell it from zero (centring.cpp).
   void centre(Hypothesis& h, std::size_t line) const;
-  std::shared_ptr<const HarmonicFit> about(const HarmonicFit& fit, std::size_t line, double place,
-                                           const std::vector<double>& theta, int iterations) const;
+  bool rests_elsewhere(const HarmonicFit& fit, std::size_t line, const PlacesOfRest& within) const;
   std::shared_ptr<const HarmonicFit> refitted(const config::ModelSpec& spec,
                                               const std::vector<double>& start,
                                               const HarmonicFit* near) const;

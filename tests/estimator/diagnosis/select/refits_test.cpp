@@ -66,9 +66,12 @@ Candidate candidate(const std::string& effect) {
 TEST(Refits, FindsWhereASpringIsAtRest) {
   const Hidden hidden({{"cubic_stiffness", 3000.0}, {"cubic_stiffness_centre", 0.16}});
   const Candidate cubic = candidate("cubic_stiffness");
-  const double places[] = {0.14, 0.15, 0.16, 0.166};
+  // At zero, along the motion, and preloaded at zero.
+  const double places[] = {0.0, 0.14, 0.15, 0.16, 0.166, -0.17};
   ASSERT_EQ(cubic.probes.size(), std::size(places));
-  for (const std::size_t p : {1U, 3U}) {
+  EXPECT_FALSE(cubic.probes[0].line.constants.contains("u0"));
+  EXPECT_NEAR(cubic.probes[5].line.constants.at("u0"), places[5], 1e-12);
+  for (const std::size_t p : {2U, 4U}) {
     EXPECT_NEAR(cubic.probes[p].line.constants.at("u0"), places[p], 1e-12);
     const Hypothesis found = hidden.refits().with(hidden.base(), cubic.probes[p]);
     EXPECT_LT(found.fit->chi_squared, 1.5 * hidden.observations());
