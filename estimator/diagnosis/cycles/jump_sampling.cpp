@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 
 #include "estimator/math/harmonic_basis.hpp"
 #include "estimator/math/numbers.hpp"
@@ -10,9 +11,10 @@ namespace shaker::estimator::diagnosis {
 namespace {
 
 constexpr double kDeviationsOfMedian = 1.48;  // of a normal number's size
-// Standard deviations of B_1(x) and B_2(x) / 2, where x is anywhere in [0, 1): the first terms of the
-// Euler-Maclaurin formula, by which a sum over samples misses an integral over a jump.
-const double kFirst = 1.0 / std::sqrt(12.0), kSecond = 0.5 / std::sqrt(180.0);
+constexpr int kFewPhases = 4;                 // of a sampling interval: more average the error away
+// Standard deviation of where a jump lies within a step, in steps: by it a sum over samples misses the
+// integral (Euler and Maclaurin's first term), and as far the jump may be from the middle of the step.
+const double kFirst = 1.0 / std::sqrt(12.0), kSecond = 0.5 * kFirst;
 
 // Of points on a circle of length 1.
 double largest_gap(std::vector<double> points) {
@@ -26,74 +28,108 @@ double largest_gap(std::vector<double> points) {
   return gap;
 }
 
-}  // namespace
+// The means of what is left at phases in equal steps, and the noise of their differences: the largest of
+// so many, squared.
+struct LeftCourse {
+  std::vector<double> mean;
+  double noise = 0.0;
+  double offset = 0.0;  // of the phases, in steps
+  double step(std::size_t k) const { return mean[(k + 1) % mean.size()] - mean[k]; }
+};
 
-double JumpSampling::most() const {
-  if (jumps.empty()) return 0.0;
-  double squares = 0.0;
-  for (const double jump : jumps)
-    squares += jump * jump;
-  return std::sqrt(0.5 * squares) / static_cast<double>(jumps.size());
+LeftCourse course_of(const std::vector<double>& tau, const std::vector<double>& left,
+                     double steps) {
+  const auto n = std::max<std::size_t>(4, static_cast<std::size_t>(std::lround(steps)));
+  std::vector<double> count(n), sizes;
+  // From the first phase on: those that all cycles share lie in one step.
+  const double first = tau.empty() ? 0.0 : tau.front() * static_cast<double>(n);
+  LeftCourse course{std::vector<double>(n), 0.0, first};
+  for (std::size_t i = 0; i < tau.size(); ++i) {
+    const double at = tau[i] * static_cast<double>(n) - first;
+    const auto step = static_cast<std::size_t>(std::lround(at) + 2 * static_cast<long>(n)) % n;
+    course.mean[step] += left[i];
+    count[step] += 1.0;
+    course.offset += (at - std::round(at)) / static_cast<double>(tau.size());
+  }
+  for (std::size_t k = 0; k < n; ++k) {
+    if (count[k] > 0.0) course.mean[k] /= count[k];
+    sizes.push_back(std::fabs(course.mean[k]));
+  }
+  std::nth_element(sizes.begin(), sizes.begin() + static_cast<std::ptrdiff_t>(n / 2), sizes.end());
+  const double noise = kDeviationsOfMedian * sizes[n / 2];
+  course.noise = 2.0 * noise * noise * 2.0 * std::log(static_cast<double>(n));
+  return course;
 }
+
+// Of a jump that lies anywhere. Over two steps, as it may be within one, so that each is met twice; of a
+// coarse record the harmonics follow too much of two.
+double most_of(const LeftCourse& course, double followed) {
+  const std::size_t n = course.mean.size();
+  const bool two = followed < 0.25;
+  const double left = 1.0 - followed * (two ? 2.0 : 1.0);
+  double squares = 0.0;
+  for (std::size_t k = 0; k < n; ++k) {
+    const double over = course.step(k) + (two ? course.step((k + n - 1) % n) : 0.0);
+    squares += std::max(0.0, over * over - course.noise) / (two ? 2.0 : 1.0);
+  }
+  return std::sqrt(0.5 * squares) / left / static_cast<double>(n);
+}
+
+// A course that goes over several steps is no jump: a sum over samples hardly misses it.
+std::vector<double> jumps_of(const LeftCourse& course, double followed) {
+  const std::size_t n = course.mean.size();
+  std::vector<double> jumps(n);
+  for (std::size_t k = 0; k < n; ++k) {
+    const double step = course.step(k);
+    if (step * step < course.noise) continue;
+    double beside = 0.0;
+    for (const std::size_t next : {(k + n - 1) % n, (k + 1) % n})
+      beside += std::max(0.0, std::copysign(1.0, step) * course.step(next));
+    jumps[k] = std::max(0.0, std::fabs(step) - beside) / (1.0 - followed);
+  }
+  return jumps;
+}
+
+}  // namespace
 
 Eigen::MatrixXd JumpSampling::covariance_of_mean(Eigen::Index size) const {
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(size, size);
   const auto n = static_cast<double>(jumps.size());
-  const double gap = largest_gap(offsets);
-  const Eigen::Index harmonics = (size - 1) / 2;
-  Eigen::VectorXd moved(size);
+  Eigen::VectorXd moved(size), turned(size);
   for (std::size_t k = 0; k < jumps.size(); ++k) {
     if (jumps[k] == 0.0) continue;
-    fill_harmonic_row((static_cast<double>(k) + 0.5) / n,
+    fill_harmonic_row((static_cast<double>(k) + 0.5 + first_phase) / n,
                       {moved.data(), static_cast<std::size_t>(size)});
     moved[0] *= 0.5;  // a mean is half an amplitude
-    const double by = 2.0 * jumps[k] / n * gap * kFirst;
-    covariance += by * by * moved * moved.transpose();
-    Eigen::VectorXd turned = Eigen::VectorXd::Zero(size);
-    for (Eigen::Index h = 1; h <= harmonics; ++h) {
+    turned.setZero();
+    for (Eigen::Index h = 1; h <= (size - 1) / 2; ++h) {
       turned[2 * h - 1] = -kTwoPi * static_cast<double>(h) * moved[2 * h];
       turned[2 * h] = kTwoPi * static_cast<double>(h) * moved[2 * h - 1];
     }
-    const double next = 2.0 * jumps[k] / n * (gap / n) * gap * kSecond;
-    covariance += next * next * turned * turned.transpose();
+    const double first = kFirst * 2.0 * jumps[k] / n, second = kSecond * 2.0 * jumps[k] / n / n;
+    covariance += first * first * moved * moved.transpose();
+    covariance += second * second * turned * turned.transpose();
   }
   return covariance;
 }
 
-LeftByHarmonics::LeftByHarmonics(double samples_a_cycle, int harmonics)
-    : sum_(std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(samples_a_cycle)))),
-      count_(sum_.size()),
-      followed_((2.0 * harmonics + 1.0) / static_cast<double>(sum_.size())) {}
-
 void LeftByHarmonics::add(const std::vector<double>& tau, const Eigen::VectorXd& left) {
-  const auto n = static_cast<double>(sum_.size());
-  for (std::size_t i = 0; i < tau.size(); ++i) {
-    const auto at = static_cast<std::size_t>(std::clamp(tau[i] * n, 0.0, n - 1.0));
-    sum_[at] += left[static_cast<Eigen::Index>(i)];
-    count_[at] += 1.0;
-  }
+  offsets_.push_back(tau.front() * samples_);
+  tau_.insert(tau_.end(), tau.begin(), tau.end());
+  left_.insert(left_.end(), left.data(), left.data() + left.size());
 }
 
-std::vector<double> LeftByHarmonics::jumps() const {
-  const std::size_t n = sum_.size();
-  std::vector<double> mean(n), sizes(n), jumps(n);
-  for (std::size_t k = 0; k < n; ++k) {
-    mean[k] = count_[k] > 0.0 ? sum_[k] / count_[k] : 0.0;
-    sizes[k] = std::fabs(mean[k]);
-  }
-  std::nth_element(sizes.begin(), sizes.begin() + static_cast<std::ptrdiff_t>(n / 2), sizes.end());
-  // The largest that noise makes of so many differences.
-  const double noise = kDeviationsOfMedian * sizes[n / 2];
-  const double of_noise = 2.0 * noise * noise * 2.0 * std::log(static_cast<double>(n));
-  // Over two intervals, as the jump may be within one: so each is met twice. Across it the harmonics follow
-  // a part, and of a coarse record too much of two.
-  const bool two = followed_ < 0.25;
-  const double left = 1.0 - followed_ * (two ? 2.0 : 1.0), times = two ? 2.0 : 1.0;
-  for (std::size_t k = 0; k < n; ++k) {
-    const double over = mean[(k + 1) % n] - mean[two ? (k + n - 1) % n : k];
-    jumps[k] = std::sqrt(std::max(0.0, (over * over - of_noise) / times)) / left;
-  }
-  return jumps;
+JumpSampling LeftByHarmonics::sampling() const {
+  const double followed = (2.0 * harmonics_ + 1.0) / samples_;
+  JumpSampling sampling;
+  sampling.offsets = offsets_;
+  sampling.most = most_of(course_of(tau_, left_, samples_), followed);
+  const double phases = std::round(1.0 / largest_gap(offsets_));
+  if (phases > kFewPhases) return sampling;
+  const LeftCourse course = course_of(tau_, left_, phases * samples_);
+  sampling.jumps = jumps_of(course, followed / phases);
+  sampling.first_phase = course.offset;
+  return sampling;
 }
 
 }  // namespace shaker::estimator::diagnosis

@@ -4,7 +4,6 @@
 // show it. Where the phases repeat after two or three cycles, so does the error.
 #pragma once
 
-#include <cstddef>
 #include <vector>
 
 #include <Eigen/Dense>
@@ -12,11 +11,12 @@
 namespace shaker::estimator::diagnosis {
 
 struct JumpSampling {
-  std::vector<double>
-      jumps;  // by how much the course jumps at each of N phases; 0 where it does not
   std::vector<double> offsets;  // of each cycle's first sample, in sampling intervals
-  // The most of an error in one number of one cycle.
-  double most() const;
+  double most = 0.0;            // of an error in one number of one cycle
+  // At phases in equal steps, as many as all cycles are sampled at: by how much the course jumps there
+  // within one step; 0 where it does not. Empty if they are sampled at many.
+  std::vector<double> jumps;
+  double first_phase = 0.0;  // the first of them, in steps
   // Of the mean of the cycles, in its first `size` numbers. Zero where nothing jumps.
   Eigen::MatrixXd covariance_of_mean(Eigen::Index size) const;
 };
@@ -25,15 +25,16 @@ struct JumpSampling {
 // harmonics do not follow stays.
 class LeftByHarmonics {
  public:
-  LeftByHarmonics(double samples_a_cycle, int harmonics);
-  // `tau`: phases of the samples, in [0, 1). `left`: as many numbers.
+  LeftByHarmonics(double samples_a_cycle, int harmonics)
+      : samples_(samples_a_cycle), harmonics_(harmonics) {}
+  // A cycle. `tau`: phases of the samples, in [0, 1). `left`: as many numbers.
   void add(const std::vector<double>& tau, const Eigen::VectorXd& left);
-  // As JumpSampling::jumps.
-  std::vector<double> jumps() const;
+  JumpSampling sampling() const;
 
  private:
-  std::vector<double> sum_, count_;
-  double followed_;  // of a jump, over a sampling interval
+  double samples_;
+  int harmonics_;
+  std::vector<double> offsets_, tau_, left_;
 };
 
 }  // namespace shaker::estimator::diagnosis

@@ -201,7 +201,7 @@ Result<void> on_one_clock(const Recording& r, const SteadyRun& run) {
 
 // Of a harmonic of one cycle, when its samples are rounded independently.
 ExpectedScatter expected_scatter(const SteadyRun& run) {
-  return {run.quantisation_step / std::sqrt(6.0 * run.samples_a_cycle), run.sampling.most(),
+  return {run.quantisation_step / std::sqrt(6.0 * run.samples_a_cycle), run.sampling.most,
           run.sampling.offsets};
 }
 

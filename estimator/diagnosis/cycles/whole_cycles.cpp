@@ -58,8 +58,9 @@ std::vector<std::size_t> fit_cycles(const Recording& run, const PhaseFit& phase,
                                     const WholeCycles& cycles, int harmonics,
                                     const std::vector<CycleChannel>& channels) {
   std::vector<std::size_t> fitted;
-  std::vector<double> offsets;
-  std::vector<LeftByHarmonics> left(channels.size(), LeftByHarmonics(cycles.samples, harmonics));
+  const double step = (run.t.back() - run.t.front()) / static_cast<double>(run.t.size() - 1);
+  const double samples = 1.0 / (step * phase.frequency_hz);  // need not be a whole number
+  std::vector<LeftByHarmonics> left(channels.size(), LeftByHarmonics(samples, harmonics));
   for (const CycleChannel& channel : channels)
     channel.rows->conservativeResize(static_cast<Eigen::Index>(cycles.count()), Eigen::NoChange);
   for (std::size_t k = 0; k < cycles.count(); ++k) {
@@ -81,14 +82,12 @@ std::vector<std::size_t> fit_cycles(const Recording& run, const PhaseFit& phase,
           curve.head(channel.rows->cols());
       if (channel.sampling != nullptr) left[c].add(tau, values - basis * curve);
     }
-    if (!finite) continue;
-    fitted.push_back(k);
-    offsets.push_back(tau.front() * cycles.samples);
+    if (finite) fitted.push_back(k);
   }
   for (std::size_t c = 0; c < channels.size(); ++c) {
     const CycleChannel& channel = channels[c];
     channel.rows->conservativeResize(static_cast<Eigen::Index>(fitted.size()), Eigen::NoChange);
-    if (channel.sampling != nullptr) *channel.sampling = {left[c].jumps(), offsets};
+    if (channel.sampling != nullptr) *channel.sampling = left[c].sampling();
   }
   return fitted;
 }
