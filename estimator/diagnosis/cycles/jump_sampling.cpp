@@ -11,6 +11,7 @@ namespace shaker::estimator::diagnosis {
 namespace {
 
 constexpr double kDeviationsOfMedian = 1.48;  // of a normal number's size
+constexpr double kSureJump = 2.0;             // of a square, times the largest that noise makes
 constexpr int kFewPhases = 4;                 // of a sampling interval: more average the error away
 // Standard deviation of where a jump lies within a step, in steps: by it a sum over samples misses the
 // integral (Euler and Maclaurin's first term), and as far the jump may be from the middle of the step.
@@ -81,7 +82,7 @@ std::vector<double> jumps_of(const LeftCourse& course, double followed) {
   std::vector<double> jumps(n);
   for (std::size_t k = 0; k < n; ++k) {
     const double step = course.step(k);
-    if (step * step < course.noise) continue;
+    if (step * step < kSureJump * course.noise) continue;
     double beside = 0.0;
     for (const std::size_t next : {(k + n - 1) % n, (k + 1) % n})
       beside += std::max(0.0, std::copysign(1.0, step) * course.step(next));

@@ -167,7 +167,8 @@ void fill_rows(const Recording& r, const PhaseFit& phase, const WholeCycles& cyc
     channels.push_back({&samples, &rows, nullptr});
   };
   take(response, run.response, wide);
-  channels.back().sampling = &run.sampling;
+  // The displacement of a mass does not jump.
+  if (run.kind == Kind::imposed_motion) channels.back().sampling = &run.sampling;
   if (run.driver_measured) take(driver_of(r), run.driver, harmonic_size(run.driver_harmonics));
   if (r.acceleration.size() == r.t.size()) take(r.acceleration, run.acceleration, wide);
   if (run.kind == Kind::periodic && r.force.size() == r.t.size()) take(r.force, run.force, wide);
@@ -215,7 +216,8 @@ Result<void> drop_transient(const Recording& r, const SteadyOptions& options, St
   for (Eigen::MatrixXd* rows : {&run.response, &run.driver, &run.acceleration, &run.force})
     drop_front(*rows, drop);
   run.when = run.when.tail(run.when.size() - drop).eval();
-  run.sampling.offsets.erase(run.sampling.offsets.begin(), run.sampling.offsets.begin() + drop);
+  auto& offsets = run.sampling.offsets;
+  if (!offsets.empty()) offsets.erase(offsets.begin(), offsets.begin() + drop);
   run.cycles_dropped = run.cycles_recorded - run.cycles();
   if (run.cycles() >= options.fewest_cycles) return {};
   return unfit(r, fmt::format("only {} of {} whole cycles are steady; at least {} are needed: "

@@ -40,7 +40,7 @@ struct SteadyRun {
   Eigen::VectorXd when;                 // middle of each cycle, s after the record's first sample
   double recorded_at = 0.0;             // that sample's time on the campaign's clock
   double quantisation_step = 0.0;       // step of the grid on which the response is stored; 0: none
-  JumpSampling sampling;                // of the response
+  JumpSampling sampling;                // of a force that is the response
   double drift_taken = 0.0;             // SteadyOptions::drift
   double zero_error = 0.0;              // of the mean, because the zero has moved
   int cycles_recorded = 0, cycles_dropped = 0;

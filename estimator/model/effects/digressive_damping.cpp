@@ -11,7 +11,7 @@ class DigressiveDamping final : public DualEffect<DigressiveDamping, kSeesV, 2> 
  public:
   static constexpr ParameterInfo kParameters[] = {
       {"c_d", "1/s", 1.0, 0.0, 1e6, "damping over mass at low velocity", 0.0},
-      {"v_k", "m/s", 0.4, 0.08, 1.0, "velocity above which the damping gives way"},
+      {"v_k", "m/s", 0.4, 0.25, 1.0, "velocity above which the damping gives way"},
   };
 
   std::string_view name() const override { return "digressive_damping"; }
