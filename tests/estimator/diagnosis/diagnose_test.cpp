@@ -157,7 +157,7 @@ bool holds(const NamedEffect& set, const std::string& effect) {
 
 // The discriminating run is made, and then the indistinguishable set is smaller.
 TEST(Diagnose, AsksForTheRunThatTellsRivalsApart) {
-  const std::map<std::string, double> truth = {{"coulomb_friction", 0.0006}};
+  const std::map<std::string, double> truth = {{"coulomb_friction", 0.0007}};
   std::vector<testing::Setting> settings = {{2.0, 3.0}, {2.0, 2.0}};
   const auto few = diagnose(testing::recorded(truth, settings, 5), estimator::testing::oleo());
   ASSERT_TRUE(few && !few->effects.empty());
@@ -174,6 +174,7 @@ TEST(Diagnose, AsksForTheRunThatTellsRivalsApart) {
   ASSERT_TRUE(more && !more->effects.empty());
   EXPECT_TRUE(holds(more->effects[0], "coulomb_friction")) << more->effects[0].name;
   EXPECT_LT(more->effects[0].confusable_with.size(), unsure.confusable_with.size());
+  EXPECT_GT(more->effects[0].probability, unsure.probability);
 }
 
 // A sensor that reads lengths too large looks like an inertia that is too small in every run.
