@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <ranges>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -20,8 +19,10 @@ namespace shaker::estimator {
 namespace {
 
 std::string known_effects() {
-  const auto name = [](const Effect* effect) { return effect->name(); };
-  return fmt::format("{}", fmt::join(catalogue() | std::views::transform(name), ", "));
+  std::vector<std::string_view> names;
+  for (const Effect* effect : catalogue())
+    names.push_back(effect->name());
+  return fmt::format("{}", fmt::join(names, ", "));
 }
 
 // "1/m" becomes "1/ft" in a model whose length unit is the foot.
@@ -392,9 +393,8 @@ void ModelBuilder::finish() {
   }
   for (const Model::Term& term : model_.terms_)
     model_.kinked_ = model_.kinked_ || (model_.plain_ && term.effect->has_velocity_kink());
-  const int k = model_.most_internals_;
-  model_.scratch_arrays_ =
-      9 + 7 * k + (1 + k) * model_.most_parameters_ + model_.exciter_parameters_;
+  const int k = model_.most_internals_, p = model_.most_parameters_;
+  model_.scratch_arrays_ = 9 + 7 * k + (1 + k) * p + model_.exciter_parameters_;
 }
 
 }  // namespace shaker::estimator

@@ -7,7 +7,7 @@
 namespace shaker::estimator {
 namespace {
 
-constexpr int kBlock = 64;
+constexpr int kPlacedBlock = 64;   // points at a time
 constexpr double kFarthest = 1e6;  // m: a bound of a place that the model file does not bound
 
 class Placed final : public Effect {
@@ -30,13 +30,13 @@ class Placed final : public Effect {
   bool evaluate(const Points& at, const double* theta, const double* /*constants*/,
                 const Forces& out) const override {
     const std::size_t place = parameters_.size() - 1;
-    for (int begin = 0; begin < at.n; begin += kBlock) {
+    for (int begin = 0; begin < at.n; begin += kPlacedBlock) {
       Points part;
-      part.n = std::min(kBlock, at.n - begin);
+      part.n = std::min(kPlacedBlock, at.n - begin);
       part.u = at.u + begin;
       part.v = at.v + begin;
       part.a = at.a + begin;
-      alignas(64) std::array<double, kBlock> f_u{};
+      alignas(64) std::array<double, kPlacedBlock> f_u{};
       std::array<double*, kMostParameters> columns{};
       for (std::size_t k = 0; k < place; ++k)
         columns[k] = out.f_theta[k] + begin;

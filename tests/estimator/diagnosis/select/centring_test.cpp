@@ -2,6 +2,7 @@
 #include "estimator/diagnosis/select/internal/centring.hpp"
 
 #include <cmath>
+#include <ostream>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -38,6 +39,10 @@ struct Spring {
   const char *name, *symbol;
   double size, place;
 };
+
+void PrintTo(const Spring& spring, std::ostream* out) {
+  *out << spring.name << " at " << spring.place;
+}
 
 class Centring : public ::testing::TestWithParam<Spring> {};
 
