@@ -16,9 +16,9 @@ namespace shaker::estimator::diagnosis {
 // Starts from `near`: a fit of zero width (`sharp`), or of the width that its model states. The
 // result states the width in its model, and in `constant` with its standard error. A friction and
 // what a further input drives of it reverse over one width. Null if the model does not have exactly
-// one friction without memory, if the derivative promises that more than a quarter of chi-squared
-// and more than `most` would remain, or if no width leaves less than `most`. `options.points`: those of
-// the coarsest grid.
+// one friction without memory, or if no width leaves less than `most`. Where the derivative promises that
+// more than a quarter of chi-squared and more than `most` would remain, two wide widths are tried.
+// `options.points`: those of the coarsest grid.
 std::shared_ptr<const HarmonicFit> with_fitted_width(const HarmonicFit& near, bool sharp,
                                                      const std::vector<RunDatum>& data,
                                                      const FitOptions& options, double most);
