@@ -293,7 +293,9 @@ class Search {
     std::vector<std::size_t> made;
     for (const Candidate& candidate : all_) {
       const std::string& kin = candidate.name();
-      if (kind_of(kin) != kind || kin == best.effects.front()) continue;
+      if (kind_of(kin) != kind || kin == best.effects.front() ||
+          config::driven(kin).input != config::driven(best.effects.front()).input)
+        continue;
       const auto line = same_slope(*best.fit, found_.base.fit->spec.effects.size(),
                                    candidate.probes.front().line, motion);
       if (line && candidate_set_.goes_on())
