@@ -250,9 +250,9 @@ Hypothesis Refits::again(const Hypothesis& known) const {
 }
 
 bool Refits::recentred(Hypothesis& h) const {
-  const auto& lines = h.fit->spec.effects;
   if (h.rounded || h.effects.size() < 2) return false;
-  for (std::size_t line = first_added(); line + 1 < lines.size(); ++line) {
+  const std::size_t last = h.fit->spec.effects.size() - 1;  // centre() takes another fit
+  for (std::size_t line = first_added(); line < last; ++line) {
     const double before = h.fit->chi_squared;
     centre(h, line);
     if (before - h.fit->chi_squared < kRecentringGain) continue;
