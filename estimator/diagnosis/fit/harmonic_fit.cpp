@@ -336,9 +336,10 @@ HarmonicFit fit_however_long(const config::ModelSpec& spec, const std::vector<Ru
       fit.run_models.push_back(fit.run_models[first]);
       fit.predictions.emplace_back(fit.predictions[first], data[r]);
     } else {
-      fit.run_models.push_back(fit.rounded ? rounded_model(spec, data[r], options.points)
-                               : varies    ? model_of_run(spec, data[r])
-                                           : fit.model);
+      fit.run_models.push_back(fit.rounded
+                                   ? rounded_model(spec, data[r], options.points, options.at_once)
+                               : varies ? model_of_run(spec, data[r])
+                                        : fit.model);
       fit.predictions.emplace_back(*fit.run_models[r], data[r], options.points);
     }
     if (near != nullptr) fit.predictions[r].start_from(near->predictions[r]);

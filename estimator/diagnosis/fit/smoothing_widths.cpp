@@ -33,6 +33,7 @@ struct Corner {
   std::size_t line;
   std::string symbol, unit;
   double width, on_record;
+  bool jumps;
 };
 
 // The widths that the catalogue calls e, w and, of a hysteretic displacement, r.
@@ -46,9 +47,10 @@ std::vector<Corner> corners_of(const config::ModelSpec& spec) {
       const std::string symbol(info.symbol);
       const bool edge = symbol == "e" || symbol == "w" || symbol == "r";
       if (info.width && edge && !spec.effects[i].constants.contains(symbol))
-        corners.push_back({i, symbol, std::string(info.unit), info.value,
-                           symbol == "e" ? std::min(1.0, kTurnsOnRecord / stated.value) * info.value
-                                         : info.value});
+        corners.push_back(
+            {i, symbol, std::string(info.unit), info.value,
+             symbol == "e" ? std::min(1.0, kTurnsOnRecord / stated.value) * info.value : info.value,
+             jumps(*effect)});
     }
   }
   return corners;
@@ -99,13 +101,18 @@ bool has_smoothing(const config::ModelSpec& spec) {
   return has_edges(spec) || model.coordinates() > model.mechanical();
 }
 
-config::ModelSpec rounded_for(const config::ModelSpec& spec, const RunDatum& datum, int points) {
+config::ModelSpec rounded_for(const config::ModelSpec& spec, const RunDatum& datum, int points,
+                              bool at_once) {
   const auto corners = corners_of(spec);
   if (corners.empty()) return spec;
   config::ModelSpec rounded = spec;
   const Pace pace = datum.sampled ? Pace{} : pace_of(datum);
   const double step = 1.0 / (std::max(datum.frequency_hz, 1e-6) * points);
   for (const Corner& corner : corners) {
+    if (at_once && corner.jumps) {
+      rounded.effects[corner.line].constants[corner.symbol] = width_of_jump(*datum.sampled);
+      continue;
+    }
     double passed = corner.on_record * kStatedAt / points;
     if (!datum.sampled) {
       if (corner.unit == "m") passed = pace.speed * step;
@@ -120,8 +127,8 @@ config::ModelSpec rounded_for(const config::ModelSpec& spec, const RunDatum& dat
 }
 
 std::shared_ptr<const Model> rounded_model(const config::ModelSpec& spec, const RunDatum& datum,
-                                           int points) {
-  return model_of_run(rounded_for(spec, datum, points), datum);
+                                           int points, bool at_once) {
+  return model_of_run(rounded_for(spec, datum, points, at_once), datum);
 }
 
 config::ModelSpec stated_for(const config::ModelSpec& spec) {

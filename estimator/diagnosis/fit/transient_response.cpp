@@ -10,7 +10,6 @@
 #include "estimator/diagnosis/records/internal/transient_run.hpp"
 #include "estimator/diagnosis/records/internal/transient_seen.hpp"
 #include "estimator/math/dense.hpp"
-#include "estimator/solve/time/integrators.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {
@@ -20,15 +19,14 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr std::size_t kArcs = 32, kFewestInArc = 24;
-constexpr int kMaxStepsPerSample = 8;  // of the integration between two samples
-constexpr int kMostRounds = 30;        // of closing the arcs
-constexpr double kClosed = 1e-4;       // of a state's size: a linear correction does the rest
-constexpr int kMostHalvings = 6;       // of moves after which there is no motion
+constexpr int kMostRounds = 30;   // of closing the arcs
+constexpr double kClosed = 1e-4;  // of a state's size: a linear correction does the rest
+constexpr int kMostHalvings = 6;  // of moves after which there is no motion
 constexpr double kJoined =
-    1e-2;                      // of a state's size: the arcs meet, the initial state may not suit
-constexpr double kFelt = 0.1;  // of all data's standard errors together: what steps may move
-constexpr double kUnstable = 2.6;
-constexpr double kStable = 1.2;  // largest eigenvalue of the equations times the step
+    1e-2;  // of a state's size: the arcs meet, the initial state may not suit
+constexpr double kJumpsWithin = 1e-8;          // of the largest speed: the width of a jump
+constexpr double kFast = 0.5, kMoving = 0.02;  // of the largest speed nearby, and of all
+constexpr double kAtRest = 20.0;               // such widths: there friction has turned round
 
 std::vector<int> free_of(const Model& model) {
   std::vector<int> free;
@@ -43,7 +41,24 @@ std::vector<int> free_of(const Model& model) {
   return free;
 }
 
+// True if the friction of an effect turns round over no more than `width`.
+bool has_jump(const Model& model, double width) {
+  const auto terms = model.terms();
+  return std::any_of(terms.begin(), terms.end(), [&](const Model::Term& term) {
+    const auto constants = term.effect->constants();
+    for (std::size_t k = 0; k < constants.size(); ++k) {
+      if (constants[k].width && constants[k].unit == "m/s" && term.constants[k] <= 1.01 * width)
+        return true;
+    }
+    return false;
+  });
+}
+
 }  // namespace
+
+double width_of_jump(const SampledRun& run) {
+  return kJumpsWithin * run.v.cwiseAbs().maxCoeff();
+}
 
 TransientResponse::TransientResponse(const Model& model, const RunDatum& datum)
     : model_(&model),
@@ -65,6 +80,7 @@ TransientResponse::TransientResponse(const Model& model, const RunDatum& datum)
     if (equations_.velocity_of(c) >= 0)
       scale_[equations_.velocity_of(c)] = std::max(run_->v.cwiseAbs().maxCoeff(), 1e-12);
   }
+  if (has_jump(model, width_of_jump(*run_))) still_ = kAtRest * width_of_jump(*run_);
   cut();
 }
 
@@ -72,15 +88,30 @@ TransientResponse::TransientResponse(const Model& model, const RunDatum& datum)
 void TransientResponse::cut() {
   const std::size_t n = times_.size();
   const std::size_t length = std::max(kFewestInArc, (n + kArcs - 1) / kArcs);
-  for (std::size_t first = 0; first + 1 < n; first += length) {
+  for (std::size_t first = 0; first + 1 < n;) {
+    std::size_t last = std::min(first + length, n - 1);
+    while (last < n - 1 && !may_begin_at(last, length))
+      ++last;
     Arc arc;
-    arc.times = std::span<const double>(times_).subspan(first, std::min(length, n - 1 - first) + 1);
+    arc.times = std::span<const double>(times_).subspan(first, last - first + 1);
     arc.excitation = &excitation_;
     arc.start.assign(static_cast<std::size_t>(m_), 0.0);
     arcs_.push_back(std::move(arc));
     first_.push_back(first);
+    first = last;
   }
   begin_from_data();
+}
+
+// Where friction jumps, an arc begins in motion: its derivatives over a start that is about to reverse
+// or at rest are not the same on both sides.
+bool TransientResponse::may_begin_at(std::size_t sample, std::size_t length) const {
+  if (still_ == 0.0) return true;
+  const auto at = static_cast<Index>(sample), around = static_cast<Index>(length);
+  const Index from = std::max<Index>(at - around, 0), to = std::min(at + around, run_->v.size());
+  const double local = run_->v.segment(from, to - from).cwiseAbs().maxCoeff();
+  const double largest = run_->v.cwiseAbs().maxCoeff();
+  return std::fabs(run_->v[at]) > std::max(kFast * local, kMoving * largest);
 }
 
 void TransientResponse::begin_from_data() {
@@ -95,80 +126,6 @@ void TransientResponse::begin_from_data() {
     arcs_[a].start[static_cast<std::size_t>(seen)] = run_->u[i];
     if (speed >= 0) arcs_[a].start[static_cast<std::size_t>(speed)] = run_->v[i];
   }
-}
-
-// As many as are accurate. Explicit steps must be shorter than the fastest decay or oscillation
-// besides: friction on a narrow edge is stiff.
-int TransientResponse::steps_between_samples(const std::vector<double>& theta) const {
-  constexpr int kPoints = 8;
-  const int seen = model_->observed(), speed = equations_.velocity_of(seen);
-  StateEquations::Workspace work;
-  AlignedVector store(
-      static_cast<std::size_t>((2 * m_ + m_ * m_ + 1 + m_ * equations_.parameters()) * kPoints));
-  std::vector<double*> s, rate, h_s, h_theta;
-  double* next = store.data();
-  const auto take = [&](std::vector<double*>& list, int count) {
-    for (int k = 0; k < count; ++k, next += kPoints)
-      list.push_back(next);
-  };
-  take(s, m_);
-  take(rate, m_);
-  take(h_s, m_ * m_);
-  take(h_theta, m_ * equations_.parameters());
-  double fastest = 0.0;
-  MatrixXd slopes(m_, m_);
-  for (std::size_t from = 0; from < arcs_.size(); from += kPoints / 2) {
-    for (std::size_t i = 0; i < kPoints; ++i) {
-      const std::size_t a = std::min(from + i / 2, arcs_.size() - 1);
-      for (int j = 0; j < m_; ++j)
-        s[static_cast<std::size_t>(j)][i] = arcs_[a].start[static_cast<std::size_t>(j)];
-      if (i % 2 == 0 && speed >= 0) s[static_cast<std::size_t>(speed)][i] = 0.0;
-    }
-    if (!equations_.rates(kPoints, s.data(), next, theta.data(), work, rate.data(), h_s.data(),
-                          h_theta.data()))
-      continue;
-    for (int i = 0; i < kPoints; ++i) {
-      for (int r = 0; r < m_; ++r) {
-        for (int c = 0; c < m_; ++c)
-          slopes(r, c) = h_s[static_cast<std::size_t>(r * m_ + c)][i] * scale_[c] / scale_[r];
-      }
-      // Not the rows' sums: those of a stiff spring grow with the square of its frequency.
-      if (slopes.allFinite())
-        fastest = std::max(fastest, eigenvalues_of(slopes).cwiseAbs().maxCoeff());
-    }
-  }
-  // Not an int before it is known to fit: a wild trial's slopes know no bounds.
-  const double steps = std::max(1.0 * least_steps_, std::ceil(fastest * run_->dt / kStable));
-  if (steps <= kMaxStepsPerSample) return static_cast<int>(steps);
-  return fastest * run_->dt / kMaxStepsPerSample < kUnstable ? kMaxStepsPerSample : 0;
-}
-
-bool TransientResponse::integrate(const std::vector<double>& theta) {
-  const int explicit_steps = steps_between_samples(theta);
-  const bool stiff = explicit_steps == 0;
-  const int steps = stiff ? least_steps_ : explicit_steps;
-  if (!integration_ || stiff != stiff_ || steps > steps_ || 2 * steps < steps_) {
-    TimeOptions options;
-    options.step = run_->dt / steps;
-    options.cut = model_->has_velocity_kink() && model_->coordinates() == 1
-                      ? CutAtReversals::automatic
-                      : CutAtReversals::never;
-    if (datum_.budget)
-      options.afford = [budget = datum_.budget](double numbers) {
-        return budget->spend_rates(numbers);
-      };
-    integration_ = stiff ? make_implicit_runge_kutta(equations_, options, free_)
-                         : make_runge_kutta(equations_, options, free_);
-    steps_ = steps;
-    stiff_ = stiff;
-  }
-  if (!integration_->run(arcs_, theta, true).ok) return false;
-  const bool bounded = std::all_of(arcs_.begin(), arcs_.end(), [&](const Arc& arc) {
-    return std::all_of(arc.states.begin(), arc.states.end(),
-                       [](double x) { return std::isfinite(x) && std::fabs(x) < 1e100; });
-  });
-  if (bounded && !sized_) size_memories();
-  return bounded;
 }
 
 // A memory's scale is its largest value on the way from rest.
@@ -298,22 +255,6 @@ bool TransientResponse::close(const std::vector<double>& theta) {
     before = moved;
   }
   return false;
-}
-
-// Shorter steps until half of one moves the response by less than the data feel: a record long
-// after its start adds up the phase that each step loses.
-void TransientResponse::settle_steps(const std::vector<double>& theta) {
-  steps_settled_ = true;
-  while (steps_ < kMaxStepsPerSample) {
-    const int coarse = least_steps_;
-    const VectorXd value = value_;
-    least_steps_ = std::min(2 * steps_, kMaxStepsPerSample);
-    const bool closed = close(theta);
-    if (closed && whitened(datum_, value_ - value).norm() > kFelt) continue;
-    least_steps_ = coarse;
-    solved_ = close(theta);
-    return;
-  }
 }
 
 bool TransientResponse::at(const std::vector<double>& theta) {

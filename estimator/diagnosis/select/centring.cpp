@@ -206,7 +206,8 @@ bool Refits::rests_elsewhere(const HarmonicFit& fit, std::size_t line,
   FitOptions still = options_for(fit.spec);
   still.max_iterations = 0;
   const FreePlace free = with_free_place(fit, line, within, data_, still);
-  return std::pow(pull(free.fit, data_, free.parameter()), 2) > cost_of_one(fit);
+  return std::isfinite(free.fit.chi_squared) &&
+         std::pow(pull(free.fit, data_, free.parameter()), 2) > cost_of_one(fit);
 }
 
 void Refits::centre(Hypothesis& h, std::size_t line) const {

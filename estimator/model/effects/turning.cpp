@@ -12,6 +12,11 @@ constexpr const char* kTurns = "e";
 
 }  // namespace
 
+// By its formula: a power of the velocity has a width too, and does not jump.
+bool jumps(const Effect& effect) {
+  return effect.formula().ends_with("tanh(v / e)");
+}
+
 std::vector<Turning> turnings_of(const config::ModelSpec& spec) {
   std::vector<Turning> all;
   for (std::size_t i = 0; i < spec.effects.size(); ++i) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "config/model.hpp"
+#include "estimator/model/effects/effect.hpp"
 
 namespace shaker::estimator {
 
@@ -16,6 +17,8 @@ struct Turning {
   double width, usual;  // the line's, and the catalogue's
   bool stated;          // by the line
 };
+// True if the force of the effect jumps at v = 0 where its width is 0.
+bool jumps(const Effect& effect);
 // The smoothing widths of all frictions without memory.
 std::vector<Turning> turnings_of(const config::ModelSpec& spec);
 // True if a line of the model states the width of its friction.

@@ -50,6 +50,9 @@ struct TimeOptions {
   // runge_kutta4, sdirk4: the largest step, s; 0: the spacing of the samples.
   double step = 0.0;
   CutAtReversals cut = CutAtReversals::automatic;
+  // make_stick_slip(): velocity below which a mass is at rest; its friction has turned round well
+  // below it.
+  double still = 0.0;
   // CVODES, Adams: steps between two samples, and evaluations of the rates in an arc, after which BDF
   // integrates the arc anew.
   long max_steps = 50000, max_evaluations = std::numeric_limits<long>::max();

@@ -12,6 +12,10 @@ namespace shaker::estimator {
 std::unique_ptr<TimeIntegration> make_runge_kutta(const StateEquations& equations,
                                                   const TimeOptions& options,
                                                   std::vector<int> free);
+// For friction that jumps at TimeOptions::still. Throws std::invalid_argument for a model that has not
+// exactly one velocity.
+std::unique_ptr<TimeIntegration> make_stick_slip(const StateEquations& equations,
+                                                 const TimeOptions& options, std::vector<int> free);
 std::unique_ptr<TimeIntegration> make_implicit_runge_kutta(const StateEquations& equations,
                                                            const TimeOptions& options,
                                                            std::vector<int> free);

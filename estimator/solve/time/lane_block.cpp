@@ -4,6 +4,13 @@
 
 namespace shaker::estimator {
 
+std::vector<int> followed_states(const StateEquations& equations) {
+  std::vector<int> follows(static_cast<std::size_t>(equations.states()), -1);
+  for (int e = 0; e < equations.coordinates(); ++e)
+    follows[static_cast<std::size_t>(e)] = equations.velocity_of(e);
+  return follows;
+}
+
 void LaneBlock::shape(int lanes, std::size_t m, std::size_t k, const std::vector<int>& follows,
                       const std::vector<int>& free, std::size_t p) {
   n = lanes;
@@ -59,6 +66,30 @@ void LaneBlock::shape(int lanes, std::size_t m, std::size_t k, const std::vector
     *array = take(1);
   step.h = h;
   step.room = at;
+}
+
+void LaneBlock::begin(std::span<const Arc> arcs) {
+  const std::size_t m = y.size(), k = components / m - 1;
+  std::fill_n(step.y, components * stride, 0.0);
+  for (std::size_t lane = 0; lane < static_cast<std::size_t>(n); ++lane) {
+    for (std::size_t j = 0; j < m; ++j) {
+      y[j][lane] = arcs[lane].start[j];
+      if (k > 0) component(step.y, m + j * k + j)[lane] = 1.0;
+    }
+  }
+}
+
+void LaneBlock::write(std::span<Arc> arcs, std::size_t node) const {
+  const std::size_t m = y.size(), k = components / m - 1;
+  for (std::size_t lane = 0; lane < static_cast<std::size_t>(n); ++lane) {
+    Arc& arc = arcs[lane];
+    if (node >= arc.times.size()) continue;
+    for (std::size_t j = 0; j < m; ++j)
+      arc.states[node * m + j] = y[j][lane];
+    double* to = k > 0 ? &arc.sensitivities[node * m * k] : nullptr;
+    for (std::size_t c = 0; c < m * k; ++c)
+      to[c] = component(step.y, m + c)[lane];
+  }
 }
 
 }  // namespace shaker::estimator

@@ -14,43 +14,13 @@
 #include "estimator/solve/time/integrators.hpp"
 #include "estimator/solve/time/internal/lane_block.hpp"
 #include "estimator/solve/time/internal/lane_plan.hpp"
+#include "estimator/solve/time/internal/zero_of_cubic.hpp"
 
 namespace shaker::estimator {
 namespace {
 
-constexpr int kLanesAbreast = 32;  // their numbers fit the first cache
-constexpr double kNoCut = 1e-6;    // a zero this close to an end of the step needs no cut
-constexpr int kMostCuts = 4;       // in one step and lane; several velocities may reverse in it
-
-// Returns the zero in (0, 1) of the cubic with values v0, v1 (of different sign) and slopes d0, d1
-// at its ends. Newton's method, safeguarded by bisection.
-double zero_of_cubic(double v0, double v1, double d0, double d1) {
-  double low = 0.0, high = 1.0, s = v0 / (v0 - v1);
-  for (int i = 0; i < 40; ++i) {
-    const double s2 = s * s, s3 = s2 * s;
-    const double value = (2 * s3 - 3 * s2 + 1) * v0 + (s3 - 2 * s2 + s) * d0 +
-                         (3 * s2 - 2 * s3) * v1 + (s3 - s2) * d1;
-    const double slope =
-        (6 * s2 - 6 * s) * (v0 - v1) + (3 * s2 - 4 * s + 1) * d0 + (3 * s2 - 2 * s) * d1;
-    if ((value > 0.0) == (v0 > 0.0))
-      low = s;
-    else
-      high = s;
-    double better = s - value / slope;
-    if (!(better > low && better < high)) better = 0.5 * (low + high);
-    if (std::fabs(better - s) < 1e-14) return better;
-    s = better;
-  }
-  return s;
-}
-
-// The states whose rates are other states: coordinates with a mass.
-std::vector<int> followed_states(const StateEquations& equations) {
-  std::vector<int> follows(static_cast<std::size_t>(equations.states()), -1);
-  for (int e = 0; e < equations.coordinates(); ++e)
-    follows[static_cast<std::size_t>(e)] = equations.velocity_of(e);
-  return follows;
-}
+constexpr double kNoCut = 1e-6;  // a zero this close to an end of the step needs no cut
+constexpr int kMostCuts = 4;     // in one step and lane; several velocities may reverse in it
 
 class RungeKutta final : public TimeIntegration {
  public:
@@ -149,15 +119,8 @@ class RungeKutta final : public TimeIntegration {
   }
 
   void begin(const LanePlan& plan, std::span<Arc> arcs) {
-    LaneBlock& b = block_;
-    std::fill_n(b.step.y, b.components * b.stride, 0.0);
-    for (std::size_t lane = 0; lane < static_cast<std::size_t>(b.n); ++lane) {
-      for (std::size_t j = 0; j < m_; ++j) {
-        b.y[j][lane] = arcs[plan.first() + lane].start[j];
-        if (k_ > 0) b.component(b.step.y, m_ + j * k_ + j)[lane] = 1.0;
-      }
-    }
-    if (out_ != nullptr) products_.assign((k_ + 1) * (k_ + 2) / 2 * b.stride, 0.0);
+    block_.begin(arcs.subspan(plan.first()));
+    if (out_ != nullptr) products_.assign((k_ + 1) * (k_ + 2) / 2 * block_.stride, 0.0);
     see(plan, arcs, 0);
   }
 
@@ -288,17 +251,8 @@ class RungeKutta final : public TimeIntegration {
 
   // What is wanted of sample `node`.
   void see(const LanePlan& plan, std::span<Arc> arcs, std::size_t node) {
-    LaneBlock& b = block_;
-    if (out_ != nullptr) return compare(plan, seen_rows(b.step, seen_), node, false);
-    for (std::size_t lane = 0; lane < static_cast<std::size_t>(b.n); ++lane) {
-      Arc& arc = arcs[plan.first() + lane];
-      if (node >= arc.times.size()) continue;
-      for (std::size_t j = 0; j < m_; ++j)
-        arc.states[node * m_ + j] = b.y[j][lane];
-      double* to = k_ > 0 ? &arc.sensitivities[node * m_ * k_] : nullptr;
-      for (std::size_t c = 0; c < m_ * k_; ++c)
-        to[c] = b.component(b.step.y, m_ + c)[lane];
-    }
+    if (out_ != nullptr) return compare(plan, seen_rows(block_.step, seen_), node, false);
+    block_.write(arcs.subspan(plan.first()), node);
   }
 
   void compare(const LanePlan& plan, const SeenRows& rows, std::size_t node, bool moving) {

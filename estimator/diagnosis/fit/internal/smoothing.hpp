@@ -5,7 +5,8 @@
 // step of the grid, for each run: the grid resolves it, and its influence is smooth in the width.
 // Two grids, the second of twice the points, lead to the parameters. The solution of zero width is
 // extrapolated there with its derivatives (smoothing_limit.hpp), and again whenever the parameters
-// move. For a record it is extrapolated from three widths.
+// move. For a record it is extrapolated from three widths; where its integration follows a friction
+// that jumps, that is fitted itself.
 #pragma once
 
 #include <limits>
@@ -24,11 +25,12 @@ bool has_edges(const config::ModelSpec& spec);
 bool has_smoothing(const config::ModelSpec& spec);
 
 // Returns the model with the smallest widths that `points` steps resolve for the motion of `datum`.
-// Widths that the model file states stay.
-config::ModelSpec rounded_for(const config::ModelSpec& spec, const RunDatum& datum, int points);
+// Widths that the model file states stay. `at_once`: friction of records jumps.
+config::ModelSpec rounded_for(const config::ModelSpec& spec, const RunDatum& datum, int points,
+                              bool at_once = false);
 // The same, as the run's own model.
 std::shared_ptr<const Model> rounded_model(const config::ModelSpec& spec, const RunDatum& datum,
-                                           int points);
+                                           int points, bool at_once = false);
 
 // Returns the model with the widths of the catalogue written into its lines.
 config::ModelSpec stated_for(const config::ModelSpec& spec);

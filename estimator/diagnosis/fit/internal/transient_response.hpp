@@ -23,6 +23,9 @@
 
 namespace shaker::estimator::diagnosis {
 
+// The smoothing width, m/s, with which friction jumps in the response of a record.
+double width_of_jump(const SampledRun& run);
+
 class TransientResponse {
  public:
   // `model` must outlive it. Throws std::invalid_argument for a model that cannot be integrated or
@@ -45,6 +48,7 @@ class TransientResponse {
 
  private:
   void cut();
+  bool may_begin_at(std::size_t sample, std::size_t length) const;
   void begin_from_data();
   // Steps of the explicit integrator between two samples; 0: too many would be needed.
   int steps_between_samples(const std::vector<double>& theta) const;
@@ -71,6 +75,7 @@ class TransientResponse {
   StateEquations equations_;
   std::vector<int> free_;  // parameters of the motion
   int m_ = 0, p_ = 0;
+  double still_ = 0.0;  // speed of a mass at rest, where friction jumps; else 0
   Shooting shooting_;
   CosineTransform transform_;
   Excitation excitation_;

@@ -2,14 +2,21 @@
 #pragma once
 
 #include <array>
+#include <span>
 #include <utility>
 #include <vector>
 
 #include "estimator/math/aligned.hpp"
+#include "estimator/solve/time/integration.hpp"
 #include "estimator/solve/time/internal/lane_steps.hpp"
 #include "estimator/solve/time/state_equations.hpp"
 
 namespace shaker::estimator {
+
+inline constexpr int kLanesAbreast = 32;  // their numbers fit the first cache
+
+// Of each state: the state that is its rate, or -1. Coordinates with a mass have one.
+std::vector<int> followed_states(const StateEquations& equations);
 
 struct LaneBlock {
   int n = 0;
@@ -29,6 +36,10 @@ struct LaneBlock {
   // For `lanes` arcs of m states over k columns (0: states alone). `follows` must outlive it.
   void shape(int lanes, std::size_t m, std::size_t k, const std::vector<int>& follows,
              const std::vector<int>& free, std::size_t p);
+  // Sets y to the arcs' starts, one arc a lane, and the derivatives to those of a start.
+  void begin(std::span<const Arc> arcs);
+  // Writes y into the arcs' results at sample `node`.
+  void write(std::span<Arc> arcs, std::size_t node) const;
   double* component(double* of, std::size_t c) const { return of + c * stride; }
   void turn() {
     std::swap(step.y, step.base);
