@@ -329,6 +329,7 @@ HarmonicFit fit_however_long(const config::ModelSpec& spec, const std::vector<Ru
     if (!p.fixed && acts_in_a_run(p, data)) fit.free.push_back(k);
   }
   fit.rounded = options.sharp && has_smoothing(spec);
+  fit.at_once = fit.rounded && options.at_once;
   const bool varies = varies_by_run(spec);
   fit.predictions.reserve(data.size());
   for (std::size_t r = 0; r < data.size(); ++r) {

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "estimator/diagnosis/cycles/harmonics.hpp"
-#include "estimator/diagnosis/fit/internal/jumping_friction.hpp"
 #include "estimator/diagnosis/fit/internal/smoothing_limit.hpp"
 
 namespace shaker::estimator::diagnosis {
@@ -34,7 +33,6 @@ bool worth_zero_width(const HarmonicFit& first, const std::vector<RunDatum>& dat
   // If half the width changes the prediction by d, no width changes it by 2 d: is that enough to come
   // down to noise? On a record whose motion dies away, each halving may change as much as the one
   // before. The change of two halvings is therefore taken as d.
-  const bool at_once = can_jump(first.spec, data);
   const double noise = std::sqrt(first.observations / std::max(first.chi_squared, 1e-300));
   touched = std::max(touched, kNeeded * std::pow(0.5 * std::max(1.0 - noise, 0.0), 2));
   std::vector<std::shared_ptr<const Model>> models;
@@ -45,7 +43,7 @@ bool worth_zero_width(const HarmonicFit& first, const std::vector<RunDatum>& dat
       finer[r] = std::make_unique<Prediction>(*finer[known], data[r]);
       continue;
     }
-    models.push_back(rounded_model(first.spec, data[r], points, at_once));
+    models.push_back(rounded_model(first.spec, data[r], points));
     finer[r] = std::make_unique<Prediction>(*models.back(), data[r], points);
     finer[r]->start_from(first.predictions[r]);
   }
@@ -253,12 +251,6 @@ std::optional<ZeroWidthFit> to_zero_width(const HarmonicFit& first,
   options.from_near = first.chi_squared > kHopeless * first.observations;
   if (!worth_zero_width(first, data, options.points, worth.touched)) return std::nullopt;
   const bool record = on_samples(data);
-  if (can_jump(first.spec, data)) {
-    const int narrow = options.points << (kLevelsOfRecord - 1);
-    const FitOptions fit = level_of(options, narrow, kMaxRefitSteps, options.tolerance);
-    if (auto sharp = fit_of_jumps(first, data, fit))
-      return ZeroWidthFit{std::move(sharp), std::make_shared<const std::vector<RunDatum>>(data)};
-  }
   std::vector<std::shared_ptr<HarmonicFit>> fits;
   int points = options.points;
   for (int k = 0; k < (record ? kLevelsOfRecord : kLevels); ++k, points *= 2) {

@@ -304,17 +304,20 @@ double TransientResponse::start_of(const std::string& state) const {
 }
 
 void TransientResponse::start_from(const TransientResponse& other) {
-  if (arcs_.size() != other.arcs_.size() || !other.solved_) return;
+  if (other.run_ != run_ || !other.solved_) return;
   least_steps_ = other.least_steps_;
   steps_settled_ = other.steps_settled_;
   const auto& mine = equations_.names();
   const auto& theirs = other.equations_.names();
+  const bool alike = first_ == other.first_;
+  const MatrixXd course = alike ? MatrixXd() : other.states();
   for (std::size_t j = 0; j < mine.size(); ++j) {
     const auto found = std::find(theirs.begin(), theirs.end(), mine[j]);
     if (found == theirs.end()) continue;
     const auto from = static_cast<std::size_t>(found - theirs.begin());
     for (std::size_t a = 0; a < arcs_.size(); ++a)
-      arcs_[a].start[j] = other.arcs_[a].start[from];
+      arcs_[a].start[j] = alike ? other.arcs_[a].start[from]
+                                : course(static_cast<Index>(first_[a]), static_cast<Index>(from));
   }
 }
 

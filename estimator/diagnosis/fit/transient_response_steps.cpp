@@ -15,7 +15,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr int kMaxStepsPerSample = 8;   // of the integration between two samples
-constexpr int kMostWhereItSticks = 64;  // the same, where no implicit steps can be taken
+constexpr int kMostWhereItSticks = 16;  // the same, where no implicit steps can be taken
 constexpr double kFelt = 0.1;  // of all data's standard errors together: what steps may move
 constexpr double kUnstable = 2.6;
 constexpr double kStable = 1.2;  // largest eigenvalue of the equations times the step

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "estimator/diagnosis/fit/internal/jumping_friction.hpp"
 #include "estimator/diagnosis/fit/internal/model_of_run.hpp"
 #include "estimator/diagnosis/fit/internal/smoothing.hpp"
 #include "estimator/model/effects/catalogue.hpp"
@@ -119,7 +120,8 @@ ProbedRun probed_run(const HarmonicFit& fit, const std::vector<RunDatum>& data, 
     seen.prediction = std::make_shared<Prediction>(*before[first].prediction, datum);
   } else {
     if (fit.run_models[r] != fit.model || varies_by_run(spec))
-      seen.model = fit.rounded ? rounded_model(spec, datum, fit.predictions[r].points())
+      seen.model = fit.rounded ? rounded_model(spec, datum, fit.predictions[r].points(),
+                                               fit.at_once && can_jump(spec, data))
                                : model_of_run(spec, datum);
     seen.prediction = std::make_shared<Prediction>(*seen.model, datum, points);
   }

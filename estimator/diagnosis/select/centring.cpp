@@ -204,6 +204,7 @@ std::vector<FittedConstant> places_of(const Hypothesis& h, const std::vector<Run
 bool Refits::rests_elsewhere(const HarmonicFit& fit, std::size_t line,
                              const PlacesOfRest& within) const {
   FitOptions still = options_for(fit.spec);
+  still.at_once = fit.at_once;
   still.max_iterations = 0;
   const FreePlace free = with_free_place(fit, line, within, data_, still);
   return std::isfinite(free.fit.chi_squared) &&
@@ -216,7 +217,8 @@ void Refits::centre(Hypothesis& h, std::size_t line) const {
   const PlacesOfRest within =
       places_of_rest(!rests_at_zero(*base_.model, base_.theta), range.low, range.high);
   if (!is_fitted(h.fit->spec.effects[line]) && !rests_elsewhere(*h.fit, line, within)) return;
-  const FitOptions options = options_for(h.fit->spec);
+  FitOptions options = options_for(h.fit->spec);
+  options.at_once = h.fit->at_once;
   FreePlace free = with_free_place(*h.fit, line, within, data_, options);
   // Place, stiffness and gas column share a long valley. Near noise its end is worth the way.
   for (int more = 0; more < kLongerWays && !free.fit.converged && !is_far_above_noise(free.fit);

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "estimator/diagnosis/fit/internal/jumping_friction.hpp"
 #include "estimator/diagnosis/fit/internal/predicted_runs.hpp"
 #include "estimator/diagnosis/fit/internal/smoothing.hpp"
 #include "estimator/diagnosis/internal/motion_range.hpp"
@@ -296,7 +297,10 @@ std::shared_ptr<const HarmonicFit> Refits::refitted(const config::ModelSpec& spe
     if (fit && (fit->converged || fit->iterations >= fine.max_iterations)) return fit;
   }
   auto direct = fitted(start, near, fine);
-  return fit && fit->chi_squared < direct->chi_squared ? fit : direct;
+  if (fit && fit->chi_squared < direct->chi_squared) return fit;
+  if (!std::isfinite(direct->chi_squared) || !can_jump(spec, data_)) return direct;
+  const auto jumping = fit_of_jumps(*direct, data_, fine);
+  return jumping && jumping->chi_squared < direct->chi_squared ? jumping : direct;
 }
 
 // Models with memory are compared on half the points, and get narrower smoothing when it matters.

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "estimator/diagnosis/fit/internal/jumping_friction.hpp"
 #include "estimator/diagnosis/fit/internal/predicted_runs.hpp"
 #include "estimator/diagnosis/fit/internal/smoothing.hpp"
 #include "estimator/diagnosis/select/internal/friction_width.hpp"
@@ -57,7 +58,7 @@ bool Refits::narrowed(Hypothesis& h, double hopeless) const {
     worth.touched = kTouchedLeftOver;
     worth.on_grids = !record;
   }
-  const auto sharp = to_limit(*h.fit, worth);
+  const auto sharp = to_limit(h.fit, worth);
   // Of a record the limit is extrapolated from three widths: it need not be what the data say, though
   // it leaves only noise.
   if (by_width && (record || !sharp || !leaves_noise(*sharp->fit))) {
@@ -85,7 +86,7 @@ void Refits::narrow_as(const Hypothesis& known, Hypothesis& h) const {
 void Refits::finish_narrowing(Hypothesis& h) const {
   if (!h.rounded || errors_ != Errors::residual || on_samples(data_) || !has_smoothing(h.fit->spec))
     return;
-  const auto sharp = to_limit(*h.rounded, {.touched = kTouchedLeftOver});
+  const auto sharp = to_limit(h.rounded, {.touched = kTouchedLeftOver});
   if (!sharp || !(sharp->fit->chi_squared < h.fit->chi_squared)) return;
   Hypothesis finished = h;
   set_narrowed(finished, sharp->fit, sharp->data);
@@ -93,12 +94,17 @@ void Refits::finish_narrowing(Hypothesis& h) const {
 }
 
 // Takes a fit to zero width. Empty if the result is not to be trusted.
-std::optional<ZeroWidthFit> Refits::to_limit(const HarmonicFit& round,
+std::optional<ZeroWidthFit> Refits::to_limit(const std::shared_ptr<const HarmonicFit>& round,
                                              const ZeroWidthOptions& worth) const {
   const bool record = on_samples(data_);
-  auto sharp = to_zero_width(round, data_, options_, worth);
+  if (can_jump(round->spec, data_)) {
+    auto jumping = round->at_once ? round : fit_of_jumps(*round, data_, options_for(round->spec));
+    if (jumping && jumping->chi_squared <= round->chi_squared)
+      return ZeroWidthFit{std::move(jumping), std::make_shared<const std::vector<RunDatum>>(data_)};
+  }
+  auto sharp = to_zero_width(*round, data_, options_, worth);
   const bool believed =
-      sharp && (record ? sharp->fit->chi_squared <= round.chi_squared : sharp->fit->converged);
+      sharp && (record ? sharp->fit->chi_squared <= round->chi_squared : sharp->fit->converged);
   return believed ? sharp : std::nullopt;
 }
 

@@ -44,6 +44,7 @@ HarmonicFit copied(const Hypothesis& h, const std::vector<RunDatum>& data, FitOp
   options.max_iterations = 0;
   options.points = near.predictions.front().points();
   options.sharp = has_smoothing(near.spec);
+  options.at_once = near.at_once;
   return fit_harmonics(near.spec, data, h.fit->theta, &near, options);
 }
 

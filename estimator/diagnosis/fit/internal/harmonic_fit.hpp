@@ -66,6 +66,7 @@ struct HarmonicFit {
   bool stopped = false;       // it took all the budget that it may: nothing is known of it
   bool predicts_all = false;  // the runs that are held out too
   bool rounded = false;       // smoothing widths are those of the grid
+  bool at_once = false;       // friction jumps
   std::string trouble;        // sentence when it did not
   // standard_error() includes the effect of this constant; `covariance` is that of the parameters
   // alone.

@@ -5,8 +5,8 @@
 // step of the grid, for each run: the grid resolves it, and its influence is smooth in the width.
 // Two grids, the second of twice the points, lead to the parameters. The solution of zero width is
 // extrapolated there with its derivatives (smoothing_limit.hpp), and again whenever the parameters
-// move. For a record it is extrapolated from three widths; where its integration follows a friction
-// that jumps, that is fitted itself.
+// move. For a record it is extrapolated from three widths, unless its friction jumps
+// (jumping_friction.hpp).
 #pragma once
 
 #include <limits>

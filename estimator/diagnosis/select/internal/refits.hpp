@@ -62,7 +62,7 @@ class Refits {
   std::shared_ptr<const HarmonicFit> as_data_say(const Hypothesis& h, const HarmonicFit* at_once,
                                                  const HarmonicFit* stated) const;
   void narrow_as(const Hypothesis& known, Hypothesis& h) const;
-  std::optional<ZeroWidthFit> to_limit(const HarmonicFit& round,
+  std::optional<ZeroWidthFit> to_limit(const std::shared_ptr<const HarmonicFit>& round,
                                        const ZeroWidthOptions& worth) const;
   bool gentle(const Hypothesis& h, const HarmonicFit& stated) const;
   bool richer_does_it(const Hypothesis& h, const HarmonicFit& fit) const;
