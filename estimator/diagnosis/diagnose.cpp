@@ -270,10 +270,11 @@ Result<Diagnosis> diagnose_records(const Campaign& campaign, const config::Model
   const MotionRange range = range_of(runs->data);
   const config::ModelSpec model = with_room(stated, scale_of(range));
   progress("fitting the model", 0.05);
-  const FitOptions fitting = bounded(*runs, options);
+  FitOptions fitting = bounded(*runs, options);
   const std::string unit = runs->by_force ? model.length_unit + "/s^2" : model.length_unit;
   auto fitted = fit_records(model, unit, range.force, fitting, *runs);
   if (!fitted) return fitted.error();
+  fitting.sharp = fitting.at_once = fitted->base.at_once;
   std::vector<double> motions;
   for (const RunDatum& datum : runs->data)
     motions.push_back(motion_in(datum));

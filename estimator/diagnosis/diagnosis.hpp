@@ -2,6 +2,7 @@
 /// What a diagnosis says: plain data, for documents, reports and tests.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -227,9 +228,12 @@ struct Diagnosis {
   Location location;                        ///< of the gap of the model as it came
   std::optional<RemainingForce> remaining;  ///< only when unexplained
   std::vector<RunCurves> curves;            ///< one element for each run
-  config::ModelSpec improved;         ///< the model file that comes out, starts at the estimates
-  IdentifiedDamper damper;            ///< the hypotheses that are not excluded, for predictions
-  bool cut_short = false;             ///< more could have been tried; there is a warning then
+  config::ModelSpec improved;  ///< the model file that comes out, starts at the estimates
+  IdentifiedDamper damper;     ///< the hypotheses that are not excluded, for predictions
+  bool cut_short = false;      ///< more could have been tried; there is a warning then
+  /// Of each record that was given a constant force of its own: that force beside the named effects,
+  /// m/s^2; empty: none was.
+  std::map<std::string, double> own_forces;
   std::vector<std::string> warnings;  ///< sentences for the operator
 };
 

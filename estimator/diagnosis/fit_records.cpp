@@ -1,7 +1,9 @@
 #include "estimator/diagnosis/internal/fit_records.hpp"
 
+#include <utility>
 #include <vector>
 
+#include "estimator/diagnosis/fit/internal/jumping_friction.hpp"
 #include "estimator/diagnosis/noise/internal/excitation_noise.hpp"
 #include "estimator/diagnosis/noise/internal/first_fit.hpp"
 #include "estimator/diagnosis/noise/internal/run_constants.hpp"
@@ -28,12 +30,22 @@ bool let_records_differ(const std::string& unit, double largest, const FitOption
   if (!let_zeros(zeros)) return false;
   fitted.own_forces = let_forces_differ(base, largest, runs.data, options);
   if (fitted.own_forces) {
-    runs.warnings.push_back(fitted.own_forces->words);
     runs.data = alike;  // a force moves the mean too
     if (!let_zeros(zeros)) return false;
   }
   if (!zeros.empty()) runs.warnings.push_back(zeros);
   return true;
+}
+
+// Lets the friction of the model jump, where that leaves less than its width does.
+void let_jump(const std::vector<RunDatum>& data, FitOptions& options, HarmonicFit& base) {
+  if (!can_jump(base.spec, data)) return;
+  FitOptions jumping = options;
+  jumping.sharp = jumping.at_once = true;
+  HarmonicFit fit = fit_harmonics(base.spec, data, base.theta, &base, jumping);
+  if (!serves(fit) || !(fit.chi_squared < base.chi_squared)) return;
+  base = std::move(fit);
+  options = jumping;
 }
 
 }  // namespace
@@ -44,6 +56,7 @@ Result<FittedRecords> fit_records(const config::ModelSpec& model, const std::str
   FittedRecords fitted{fit_transient(model, runs, options), {}};
   HarmonicFit& base = fitted.base;
   if (!serves(base)) return not_fitted(base);
+  let_jump(runs.data, options, base);
   if (auto good = use_repetitions(runs, base); !good) return good.error();
   // Done twice, because the response to the excitation depends on the fit.
   const std::vector<RunDatum> own = runs.data;

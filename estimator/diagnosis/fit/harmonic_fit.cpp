@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "estimator/diagnosis/fit/internal/jumping_friction.hpp"
 #include "estimator/diagnosis/fit/internal/model_of_run.hpp"
 #include "estimator/diagnosis/fit/internal/normal_equations.hpp"
 #include "estimator/diagnosis/fit/internal/predicted_runs.hpp"
@@ -307,16 +308,6 @@ double clock_error(const HarmonicFit& fit, const std::vector<RunDatum>& data) {
 
 namespace {
 
-// A value of a run or a group whose runs were all left out acts in none.
-bool acts_in_a_run(const ModelParameter& p, const std::vector<RunDatum>& data) {
-  const std::string& per = p.variation.per;
-  if (per.empty() || p.variation.values.empty()) return true;
-  return std::ranges::any_of(data, [&](const RunDatum& datum) {
-    const std::string& label = per == "run" ? datum.condition.run : datum.condition.group;
-    return is_fitted(datum) && p.name.ends_with("[" + label + "]");
-  });
-}
-
 HarmonicFit fit_however_long(const config::ModelSpec& spec, const std::vector<RunDatum>& data,
                              const std::vector<double>& start, const HarmonicFit* near,
                              const FitOptions& options) {
@@ -324,12 +315,9 @@ HarmonicFit fit_however_long(const config::ModelSpec& spec, const std::vector<Ru
   fit.spec = spec;
   fit.model = std::make_shared<const Model>(spec);
   fit.theta = start.empty() ? fit.model->start() : start;
-  for (int k = 0; k < fit.model->parameter_count(); ++k) {
-    const ModelParameter& p = fit.model->parameters()[static_cast<std::size_t>(k)];
-    if (!p.fixed && acts_in_a_run(p, data)) fit.free.push_back(k);
-  }
+  fit.free = free_parameters(*fit.model, data);
   fit.rounded = options.sharp && has_smoothing(spec);
-  fit.at_once = fit.rounded && options.at_once;
+  fit.at_once = fit.rounded && options.at_once && can_jump(spec, data);
   const bool varies = varies_by_run(spec);
   fit.predictions.reserve(data.size());
   for (std::size_t r = 0; r < data.size(); ++r) {
@@ -338,7 +326,7 @@ HarmonicFit fit_however_long(const config::ModelSpec& spec, const std::vector<Ru
       fit.predictions.emplace_back(fit.predictions[first], data[r]);
     } else {
       fit.run_models.push_back(fit.rounded
-                                   ? rounded_model(spec, data[r], options.points, options.at_once)
+                                   ? rounded_model(spec, data[r], options.points, fit.at_once)
                                : varies ? model_of_run(spec, data[r])
                                         : fit.model);
       fit.predictions.emplace_back(*fit.run_models[r], data[r], options.points);

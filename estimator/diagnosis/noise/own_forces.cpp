@@ -21,6 +21,7 @@ namespace {
 
 constexpr const char* kLine = "own_force";
 constexpr const char* kState = "own";
+constexpr double kNamed = 0.1;  // of the forces without the named effects: what is left is none
 constexpr double kForcesByChance = 1e-3;  // that equal records seem to differ
 
 // The unit of the force keeps the state of order 1, whose prior is a standard normal density.
@@ -54,23 +55,6 @@ HarmonicFit fitted_with(const HarmonicFit& fit, config::EffectSpec line,
   return fit_harmonics(spec, data, theta, &fit, options);
 }
 
-// Of each fitted recording: the mean over its stretches.
-std::map<std::string, double> forces_of(const HarmonicFit& fit, const std::vector<RunDatum>& data,
-                                        double largest) {
-  std::map<std::string, std::vector<double>> found;
-  for (std::size_t r = 0; r < data.size(); ++r) {
-    const TransientResponse* response = fit.predictions[r].transient();
-    if (data[r].role == Role::fit && response != nullptr)
-      found[data[r].sampled->record].push_back(
-          largest * response->start_of(fmt::format("{}.{}", kLine, kState)));
-  }
-  std::map<std::string, double> forces;
-  for (const auto& [record, values] : found)
-    forces[record] =
-        std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
-  return forces;
-}
-
 double deviation_of(const std::map<std::string, double>& forces) {
   double sum = 0.0, square = 0.0;
   for (const auto& [record, force] : forces)
@@ -94,6 +78,26 @@ void take_line_out(config::ModelSpec& spec, std::vector<ModelNumber>& numbers) {
 
 }  // namespace
 
+// The mean over the stretches of each recording.
+std::map<std::string, double> own_forces_of(const HarmonicFit& fit,
+                                            const std::vector<RunDatum>& data) {
+  const auto line = std::find_if(fit.spec.effects.begin(), fit.spec.effects.end(),
+                                 [](const auto& l) { return l.effect == kLine; });
+  if (line == fit.spec.effects.end() || line->states.empty()) return {};
+  std::map<std::string, std::vector<double>> found;
+  for (std::size_t r = 0; r < data.size(); ++r) {
+    const TransientResponse* response = fit.predictions[r].transient();
+    if (data[r].role == Role::fit && response != nullptr)
+      found[data[r].sampled->record].push_back(
+          line->constants.at("size") * response->start_of(fmt::format("{}.{}", kLine, kState)));
+  }
+  std::map<std::string, double> forces;
+  for (const auto& [record, values] : found)
+    forces[record] =
+        std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+  return forces;
+}
+
 std::optional<OwnForces> let_forces_differ(HarmonicFit& fit, double largest,
                                            const std::vector<RunDatum>& stated,
                                            const FitOptions& options) {
@@ -111,17 +115,8 @@ std::optional<OwnForces> let_forces_differ(HarmonicFit& fit, double largest,
   const double gain = spectrum_gain({own, data}, {same, data});
   const auto more = static_cast<double>(recordings.size() - 1);
   if (!(gain > 0.0) || chi_squared_above(gain, more) > kForcesByChance) return std::nullopt;
-  const auto forces = forces_of(own, data, largest);
-  std::vector<std::string> each;
-  for (const auto& [record, force] : forces)
-    each.push_back(fmt::format("{} {:+.2g}", record, force));
   fit = std::move(own);
-  const double deviation = deviation_of(forces);
-  return OwnForces{
-      deviation,
-      fmt::format("the runs differ in a constant force (preload, load) by {:.2g} {}/s^2 (standard "
-                  "deviation; {}): each has its own here, and the improved model none",
-                  deviation, fit.spec.length_unit, fmt::join(each, ", "))};
+  return OwnForces{deviation_of(own_forces_of(fit, data))};
 }
 
 void take_out(const OwnForces& own, Diagnosis& said) {
@@ -129,7 +124,17 @@ void take_out(const OwnForces& own, Diagnosis& said) {
   take_line_out(said.improved, none);
   for (DamperHypothesis& one : said.damper.hypotheses)
     take_line_out(one.model, one.numbers);
-  said.damper.spread.force = std::max(said.damper.spread.force, own.deviation);
+  if (said.own_forces.size() < 2) return;
+  const double deviation = deviation_of(said.own_forces);
+  if (deviation < kNamed * own.deviation) return;
+  said.damper.spread.force = std::max(said.damper.spread.force, deviation);
+  std::vector<std::string> each;
+  for (const auto& [record, force] : said.own_forces)
+    each.push_back(fmt::format("{} {:+.2g}", record, force));
+  said.warnings.push_back(
+      fmt::format("the runs differ in a constant force (preload, load) by {:.2g} {}/s^2 (standard "
+                  "deviation; {}): each has its own here, and the improved model none",
+                  deviation, said.improved.length_unit, fmt::join(each, ", ")));
 }
 
 }  // namespace shaker::estimator::diagnosis

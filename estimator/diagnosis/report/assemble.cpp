@@ -11,6 +11,7 @@
 #include "estimator/diagnosis/fit/internal/smoothing.hpp"
 #include "estimator/diagnosis/force/internal/inverse_dynamics.hpp"
 #include "estimator/diagnosis/force/internal/remaining_force.hpp"
+#include "estimator/diagnosis/noise/internal/own_forces.hpp"
 #include "estimator/diagnosis/report/internal/choice.hpp"
 #include "estimator/diagnosis/report/internal/curves.hpp"
 #include "estimator/diagnosis/report/internal/discriminating_run.hpp"
@@ -62,6 +63,7 @@ class Assembler {
     said_.model = before_.spec.name;
     said_.parameters_before = diagnosis::describe(before_, data_);
     said_.parameters_after = diagnosis::describe(after_, data_, places());
+    said_.own_forces = own_forces_of(after_, data_);
     said_.improved = at_estimates(after_);
     if (at_limit()) said_.improved = stated_sharp(said_.improved);
     state_scaled(said_.improved);
@@ -88,6 +90,7 @@ class Assembler {
 
   // What the model that comes out was held against had corners of no width.
   bool at_limit() const {
+    if (after_.at_once) return true;
     const auto& data = choice_.chosen() != nullptr ? choice_.chosen()->data : found_.base.data;
     return data && std::any_of(data->begin(), data->end(),
                                [](const RunDatum& datum) { return datum.to_limit != nullptr; });

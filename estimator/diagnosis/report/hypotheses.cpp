@@ -129,7 +129,8 @@ std::optional<DamperHypothesis> described_hypothesis(const Hypothesis& h, const 
   out.effects = h.effects;
   out.model = at_estimates(fit);
   const auto& own = h.data ? *h.data : data;
-  if (std::any_of(own.begin(), own.end(), [](const RunDatum& d) { return d.to_limit != nullptr; }))
+  if (fit.at_once ||
+      std::any_of(own.begin(), own.end(), [](const RunDatum& d) { return d.to_limit != nullptr; }))
     out.model = stated_sharp(out.model);
   out.model = with_mean_values(with_narrow_smoothing(out.model));
   state_scaled(out.model);

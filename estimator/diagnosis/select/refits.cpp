@@ -307,6 +307,7 @@ std::shared_ptr<const HarmonicFit> Refits::refitted(const config::ModelSpec& spe
 FitOptions Refits::options_for(const config::ModelSpec& spec) const {
   FitOptions wanted = options_;
   wanted.sharp = true;
+  wanted.at_once = false;
   const Model model(spec);
   if (model.coordinates() > model.mechanical()) {
     wanted.points /= 2;

@@ -50,5 +50,30 @@ TEST(FrictionOfRecords, ThatIsLargerAtSlowMotionIsNamedBesideAGentleReversal) {
   expect_near(d->effects[0], "e", 0.04);
 }
 
+// The mass comes to rest where the friction holds the spring, 1 to 4 mm off its centre.
+TEST(FrictionOfRecords, ThatHoldsTheMassOffItsCentreIsNamedAlone) {
+  const auto d = testing::diagnosis_of_sticking_decays(
+      [](double u, double v) { return 40.0 * u + 0.3 * v; }, 0.12);
+  ASSERT_TRUE(d) << d.error().what;
+  EXPECT_EQ(d->verdict, Verdict::explained);
+  ASSERT_EQ(d->effects.size(), 1U);
+  EXPECT_EQ(d->effects[0].name, "coulomb_friction");
+  expect_near(d->effects[0], "f_c", 0.12);
+}
+
+TEST(FrictionOfRecords, ThatHoldsTheMassOffItsCentreIsNamedBesideDrag) {
+  const auto d = testing::diagnosis_of_sticking_decays(
+      [](double u, double v) { return 40.0 * u + 0.3 * v + 2.0 * std::fabs(v) * v; }, 0.12);
+  ASSERT_TRUE(d) << d.error().what;
+  EXPECT_EQ(d->verdict, Verdict::explained);
+  ASSERT_EQ(d->effects.size(), 2U);
+  for (const NamedEffect& effect : d->effects) {
+    if (effect.name == "coulomb_friction")
+      expect_near(effect, "f_c", 0.12);
+    else
+      expect_near(effect, "theta1", 2.0);
+  }
+}
+
 }  // namespace
 }  // namespace shaker::estimator::diagnosis

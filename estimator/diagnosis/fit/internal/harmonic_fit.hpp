@@ -29,7 +29,7 @@ struct FitOptions {
   // Start values without a solution may be corrected (admit) where responses are compared too: dear.
   bool correct_start = false;
   bool sharp = false;    // corners as sharp as the points can follow (smoothing.hpp)
-  bool at_once = false;  // friction jumps (smoothing.hpp: can_jump)
+  bool at_once = false;  // friction jumps where it can (jumping_friction.hpp)
   // Largest part of the data's evaluation budget for one fit; a fit that would take more is
   // stopped.
   double fit_budget = std::numeric_limits<double>::infinity();

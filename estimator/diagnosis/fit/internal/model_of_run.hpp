@@ -15,4 +15,8 @@ namespace shaker::estimator::diagnosis {
 // a condition does not serve.
 std::shared_ptr<const Model> model_of_run(const config::ModelSpec& spec, const RunDatum& datum);
 
+// The parameters that a fit of these runs moves: not those that are fixed, nor values of runs or
+// groups that were all left out.
+std::vector<int> free_parameters(const Model& model, const std::vector<RunDatum>& data);
+
 }  // namespace shaker::estimator::diagnosis

@@ -6,6 +6,7 @@
 // effect with a memory gets credit for it.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -18,7 +19,6 @@ namespace shaker::estimator::diagnosis {
 
 struct OwnForces {
   double deviation = 0.0;  // standard deviation over the recordings, in the model's unit of force
-  std::string words;       // a sentence for the operator
 };
 
 // Gives each record a constant force of its own where the records differ in it: where that leaves
@@ -29,7 +29,13 @@ std::optional<OwnForces> let_forces_differ(HarmonicFit& fit, double largest,
                                            const std::vector<RunDatum>& data,
                                            const FitOptions& options);
 
-// Takes these forces out of all models that the answer holds, and puts their deviation in place.
+// The force of each recording beside the effects of `fit`; empty: they have none of their own.
+std::map<std::string, double> own_forces_of(const HarmonicFit& fit,
+                                            const std::vector<RunDatum>& data);
+
+// Takes these forces out of all models that the answer holds. Where they still differ beside the
+// named effects, puts their deviation in place and tells the operator: a friction that holds a mass
+// off its centre looks like a force of each record until it is named.
 void take_out(const OwnForces& own, Diagnosis& said);
 
 }  // namespace shaker::estimator::diagnosis
