@@ -1,14 +1,21 @@
 // Friction in free decays, and the width over which it changes its sign.
+#include <algorithm>
 #include <cmath>
 #include <string>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "estimator/diagnosis/estimate_campaign.hpp"
 #include "tests/estimator/diagnosis/two_decays.hpp"
 #include "tests/sanitized.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {
+
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using ::testing::Not;
 
 // An estimate lies within three of its standard errors, and these are less than a tenth of it.
 void expect_near(const NamedEffect& effect, const std::string& name, double truth) {
@@ -51,28 +58,37 @@ TEST(FrictionOfRecords, ThatIsLargerAtSlowMotionIsNamedBesideAGentleReversal) {
 }
 
 // The mass comes to rest where the friction holds the spring, 1 to 4 mm off its centre.
-TEST(FrictionOfRecords, ThatHoldsTheMassOffItsCentreIsNamedAlone) {
-  const auto d = testing::diagnosis_of_sticking_decays(
-      [](double u, double v) { return 40.0 * u + 0.3 * v; }, 0.12);
-  ASSERT_TRUE(d) << d.error().what;
-  EXPECT_EQ(d->verdict, Verdict::explained);
-  ASSERT_EQ(d->effects.size(), 1U);
-  EXPECT_EQ(d->effects[0].name, "coulomb_friction");
-  expect_near(d->effects[0], "f_c", 0.12);
+TEST(FrictionOfRecords, ThatHoldsTheMassOffItsCentreIsNamedAloneAndBesideDrag) {
+  for (const double drag : some({0.0, 2.0})) {
+    SCOPED_TRACE(drag);
+    const auto d = testing::diagnosis_of_sticking_decays(
+        [&](double u, double v) { return 40.0 * u + 0.3 * v + drag * std::fabs(v) * v; }, 0.12);
+    ASSERT_TRUE(d) << d.error().what;
+    EXPECT_EQ(d->verdict, Verdict::explained);
+    ASSERT_EQ(d->effects.size(), drag > 0.0 ? 2U : 1U);
+    for (const NamedEffect& effect : d->effects) {
+      if (effect.name == "coulomb_friction")
+        expect_near(effect, "f_c", 0.12);
+      else
+        expect_near(effect, "theta1", drag);
+    }
+    EXPECT_THAT(d->warnings, Not(Contains(HasSubstr("constant force"))));  // friction explains it
+  }
 }
 
-TEST(FrictionOfRecords, ThatHoldsTheMassOffItsCentreIsNamedBesideDrag) {
-  const auto d = testing::diagnosis_of_sticking_decays(
-      [](double u, double v) { return 40.0 * u + 0.3 * v + 2.0 * std::fabs(v) * v; }, 0.12);
+// What comes out of a diagnosis goes into an estimate: its friction jumps there too.
+TEST(FrictionOfRecords, ThatJumpsIsEstimatedFromTheImprovedModel) {
+  const auto campaign =
+      testing::sticking_decays([](double u, double v) { return 40.0 * u + 0.3 * v; }, 0.12);
+  const auto d = diagnose(campaign, estimator::testing::linear_oscillator());
   ASSERT_TRUE(d) << d.error().what;
-  EXPECT_EQ(d->verdict, Verdict::explained);
-  ASSERT_EQ(d->effects.size(), 2U);
-  for (const NamedEffect& effect : d->effects) {
-    if (effect.name == "coulomb_friction")
-      expect_near(effect, "f_c", 0.12);
-    else
-      expect_near(effect, "theta1", 2.0);
-  }
+  const auto estimate = estimate_campaign(campaign, d->improved);
+  ASSERT_TRUE(estimate) << estimate.error().what;
+  EXPECT_TRUE(estimate->intervals_hold);
+  EXPECT_LT(estimate->gap.size, estimate->gap.noise_floor);
+  const auto f_c = std::ranges::find(estimate->parameters, "f_c", &ParameterEstimate::name);
+  ASSERT_NE(f_c, estimate->parameters.end());
+  EXPECT_NEAR(f_c->value, 0.12, 3.0 * f_c->standard_error);
 }
 
 }  // namespace

@@ -25,16 +25,21 @@ inline Result<Diagnosis> diagnosis_of_decays(const std::function<double(double, 
 }
 
 // The same with friction that jumps.
-inline Result<Diagnosis> diagnosis_of_sticking_decays(
-    const std::function<double(double, double)>& force, double friction) {
+inline Campaign sticking_decays(const std::function<double(double, double)>& force,
+                                double friction) {
   Campaign campaign;
   campaign.name = "decays";
   std::uint64_t seed = 1;
   for (const double start : {0.08, -0.05}) {
-    campaign.runs.push_back(sticking_decay_of(force, friction, {start, 12.0, 50.0, 5e-5, seed++}));
+    campaign.runs.push_back(sticking_decay_of(force, friction, {start, 9.0, 50.0, 5e-5, seed++}));
     campaign.runs.back().name = "r" + std::to_string(seed);
   }
-  return diagnose(campaign, estimator::testing::linear_oscillator());
+  return campaign;
+}
+
+inline Result<Diagnosis> diagnosis_of_sticking_decays(
+    const std::function<double(double, double)>& force, double friction) {
+  return diagnose(sticking_decays(force, friction), estimator::testing::linear_oscillator());
 }
 
 }  // namespace shaker::estimator::diagnosis::testing
