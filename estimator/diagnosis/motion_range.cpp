@@ -15,8 +15,8 @@ namespace {
 using Eigen::VectorXd;
 
 // Of a run: enough for its cycles, too few to show its noise.
-constexpr std::size_t kParts = 16;  // of a record: a decay is swift in one of them
 constexpr std::size_t kSpeeds = 10000;
+constexpr std::size_t kParts = 16;     // of a run: a decay is swift in one of them
 constexpr double kLeastWayBack = 0.1;  // of all the way that a recording goes
 
 double largest(const VectorXd& curve) {

@@ -14,7 +14,8 @@ MotionRange range_of(const std::vector<RunDatum>& data);
 // does not tell friction from a preload. (A motion that a period brings back goes both ways.)
 bool goes_both_ways(const std::vector<RunDatum>& data);
 // Estimates the speed of the fastest run: the root mean square of the recorded strokes' velocity,
-// times the square root of two. It is rough, since it includes the noise.
+// times the square root of two, in the fastest part of the record. It is rough, since it includes the
+// noise.
 double swiftest(const Campaign& campaign);
 
 }  // namespace shaker::estimator::diagnosis

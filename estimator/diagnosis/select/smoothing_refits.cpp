@@ -59,8 +59,8 @@ bool Refits::narrowed(Hypothesis& h, double hopeless) const {
     worth.on_grids = !record;
   }
   const auto sharp = to_limit(h.fit, worth);
-  // Of a record the limit is extrapolated from three widths: it need not be what the data say, though
-  // it leaves only noise.
+  // Of a record the friction may have a width, although one that jumps, or the limit of three widths,
+  // leaves only noise.
   if (by_width && (record || !sharp || !leaves_noise(*sharp->fit))) {
     if (const auto wide = as_data_say(h, sharp ? sharp->fit.get() : nullptr, stated.get())) {
       set_narrowed(h, wide, nullptr);

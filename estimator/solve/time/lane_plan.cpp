@@ -78,4 +78,18 @@ void LanePlan::lay_lane(const Arc& arc, std::size_t lane) {
   to_[lane] = from_[lane] + static_cast<double>(arc.measured.size());
 }
 
+void lay_plans(std::span<Arc> arcs, double step, std::vector<LanePlan>& plans) {
+  constexpr std::size_t kAbreast = kLanesAbreast;
+  plans.resize((arcs.size() + kAbreast - 1) / kAbreast);
+  std::size_t first = 0;
+  for (LanePlan& plan : plans) {
+    const std::size_t lanes = std::min(kAbreast, arcs.size() - first);
+    if (!plan.is_of(arcs, first, static_cast<int>(lanes)))
+      plan.lay(arcs, first, static_cast<int>(lanes), step);
+    first += lanes;
+  }
+  for (Arc& arc : arcs)
+    arc.changed = false;
+}
+
 }  // namespace shaker::estimator

@@ -71,17 +71,7 @@ class RungeKutta final : public TimeIntegration {
   IntegrationReport all(std::span<Arc> arcs, std::span<const double> theta) {
     theta_ = theta.data();
     stopped_ = false;
-    const std::size_t blocks = (arcs.size() + kLanesAbreast - 1) / kLanesAbreast;
-    plans_.resize(blocks);
-    std::size_t first = 0;
-    for (LanePlan& plan : plans_) {
-      const auto lanes =
-          static_cast<int>(std::min<std::size_t>(kLanesAbreast, arcs.size() - first));
-      if (!plan.is_of(arcs, first, lanes)) plan.lay(arcs, first, lanes, options_.step);
-      first += static_cast<std::size_t>(lanes);
-    }
-    for (Arc& arc : arcs)
-      arc.changed = false;
+    lay_plans(arcs, options_.step, plans_);
     IntegrationReport report;
     for (const LanePlan& plan : plans_) {
       report = through(plan, arcs);

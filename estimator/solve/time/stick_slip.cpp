@@ -7,6 +7,7 @@
 // against either way, it sticks, until the force on it has grown. Derivatives change at a reversal,
 // because it comes earlier or later (the saltation of a hybrid system).
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <stdexcept>
 
@@ -50,17 +51,7 @@ class StickSlip final : public TimeIntegration {
       arc.states.resize(arc.times.size() * m_);
       if (sensitivities) arc.sensitivities.resize(arc.times.size() * m_ * k_);
     }
-    constexpr std::size_t kAbreast = kLanesAbreast;
-    plans_.resize((arcs.size() + kAbreast - 1) / kAbreast);
-    std::size_t first = 0;
-    for (LanePlan& plan : plans_) {
-      const std::size_t lanes = std::min(kAbreast, arcs.size() - first);
-      if (!plan.is_of(arcs, first, static_cast<int>(lanes)))
-        plan.lay(arcs, first, static_cast<int>(lanes), options_.step);
-      first += lanes;
-    }
-    for (Arc& arc : arcs)
-      arc.changed = false;
+    lay_plans(arcs, options_.step, plans_);
     IntegrationReport report;
     for (const LanePlan& plan : plans_) {
       report = through(plan, arcs.subspan(plan.first()));
@@ -74,10 +65,11 @@ class StickSlip final : public TimeIntegration {
   // Lanes of a block, with the way in which each moves: 1, -1, or 0 where it sticks.
   struct Lanes {
     LaneBlock block;
-    AlignedVector way, next;  // next: of what comes loose
-    AlignedVector clear;      // the velocity, away from 0
+    AlignedVector way;
+    AlignedVector clear;  // the velocity, away from 0
   };
 
+  // A failure names the first arc of the plan.
   IntegrationReport through(const LanePlan& plan, std::span<Arc> arcs) {
     shape(all_, plan.lanes());
     begin_x_.assign(all_.block.stride, 0.0);
@@ -113,10 +105,7 @@ class StickSlip final : public TimeIntegration {
     if (lanes.block.n != n || lanes.block.components != m_ * (1 + k_))
       lanes.block.shape(n, m_, k_, follows_, free_, p_);
     lanes.way.assign(lanes.block.stride, 0.0);
-    lanes.next.assign(lanes.block.stride, 0.0);
     lanes.clear.assign(lanes.block.stride, 0.0);
-    push_.resize(lanes.block.stride);
-    pull_.resize(lanes.block.stride);
   }
 
   // The rates at y, of each lane's way; `way`: of another one. Rates of what sticks are 0.
@@ -165,7 +154,8 @@ class StickSlip final : public TimeIntegration {
     return true;
   }
 
-  // The accelerations of each lane at y and the excitation x, were it to move forwards (push) or back (pull).
+  // The accelerations of each lane at y and the excitation x, were it to move forwards (push) or
+  // back (pull).
   bool find_forces(Lanes& lanes, const double* x) {
     const LaneBlock& b = lanes.block;
     for (const double way : {1.0, -1.0}) {
@@ -199,32 +189,25 @@ class StickSlip final : public TimeIntegration {
     return true;
   }
 
-  // True if a lane has left its way at the end of its step.
-  bool any_change(Lanes& lanes, bool& any) {
-    const LaneBlock& b = lanes.block;
-    any = false;
+  // The lanes that have left their way at the end of their step.
+  bool find_changing() {
+    const LaneBlock& b = all_.block;
+    changing_.clear();
     bool sticks = false;
-    for (std::size_t l = 0; l < static_cast<std::size_t>(b.n); ++l) {
-      any = any || lanes.way[l] * b.y[speed_][l] < 0.0;
-      sticks = sticks || (lanes.way[l] == 0.0 && b.h[l] > 0.0);
-    }
-    if (any || !sticks) return true;
-    if (!find_forces(lanes, b.x_end)) return false;
     for (std::size_t l = 0; l < static_cast<std::size_t>(b.n); ++l)
-      any = any || (lanes.way[l] == 0.0 && b.h[l] > 0.0 && way_from_rest(l) != 0.0);
+      sticks = sticks || (all_.way[l] == 0.0 && b.h[l] > 0.0);
+    if (sticks && !find_forces(all_, b.x_end)) return false;
+    for (std::size_t l = 0; l < static_cast<std::size_t>(b.n); ++l) {
+      const bool loose = all_.way[l] == 0.0 && b.h[l] > 0.0 && way_from_rest(l) != 0.0;
+      if (loose || all_.way[l] * b.y[speed_][l] < 0.0) changing_.push_back(l);
+    }
     return true;
   }
 
-  // Repeats the step in pieces in the lanes that leave their way in it.
+  // Repeats the step in pieces in these lanes.
   bool follow_changes(const LanePlan& plan, std::span<Arc> arcs, std::size_t interval, int part) {
-    bool any = false;
-    if (!any_change(all_, any)) return false;
-    if (!any) return true;
-    changing_.clear();
-    for (std::size_t l = 0; l < static_cast<std::size_t>(all_.block.n); ++l) {
-      const bool loose = all_.way[l] == 0.0 && all_.block.h[l] > 0.0;
-      if (loose || all_.way[l] * all_.block.y[speed_][l] < 0.0) changing_.push_back(l);
-    }
+    if (!find_changing()) return false;
+    if (changing_.empty()) return true;
     shape(few_, static_cast<int>(changing_.size()));
     begin_.clear();
     left_.clear();
@@ -262,12 +245,13 @@ class StickSlip final : public TimeIntegration {
     by_ = left_;
     set_times(excitation);
     if (!find_forces(few_, few_x_.data())) return false;
-    const AlignedVector push = push_, pull = pull_;
+    const auto push = push_, pull = pull_;
     if (!step(few_, few_x_.data()) || !rates(few_, b.x_end, 0, few_.way.data(), false))
       return false;
     const std::vector<double> at_end(b.rate[speed_], b.rate[speed_] + n);
     if (!find_forces(few_, b.x_end)) return false;
     changes_.assign(n, false);
+    next_.assign(n, 0.0);
     bool any = false;
     for (std::size_t at = 0; at < n; ++at) {
       double share = 1.0;
@@ -276,7 +260,7 @@ class StickSlip final : public TimeIntegration {
         const double from = push_[at] > 0.0 ? push[at] : pull[at];
         const double to = push_[at] > 0.0 ? push_[at] : pull_[at];
         share = from * to < 0.0 ? from / (from - to) : 0.0;
-        few_.next[at] = way_from_rest(at);
+        next_[at] = way_from_rest(at);
         changes_[at] = true;
       } else if (way * after < 0.0) {
         // From rest, a cubic has its first zero at the beginning: half the step shows where it goes.
@@ -327,7 +311,7 @@ class StickSlip final : public TimeIntegration {
     }
     if (!find_forces(few_, b.x_end)) return false;
     for (std::size_t at = 0; at < n; ++at) {
-      if (changes_[at]) way[at] = few_.way[at] == 0.0 ? few_.next[at] : way_from_rest(at);
+      if (changes_[at]) way[at] = few_.way[at] == 0.0 ? next_[at] : way_from_rest(at);
     }
     few_.way = way;
     if (!rates(few_, b.x_end, 0, way.data(), false)) return false;
@@ -360,14 +344,15 @@ class StickSlip final : public TimeIntegration {
   std::vector<const double*> states_;
   std::vector<LanePlan> plans_;
   Lanes all_, few_;
-  AlignedVector begin_x_, few_x_, push_, pull_;
+  AlignedVector begin_x_, few_x_;
+  std::array<double, kLanesAbreast> push_{}, pull_{};  // of find_forces()
   // Of the present call.
   const double* theta_ = nullptr;
   std::size_t k_ = 0;
   bool stopped_ = false;  // not afforded any longer
   // Of the lanes that leave their way in the present step.
   std::vector<std::size_t> changing_;
-  std::vector<double> begin_, left_, by_;
+  std::vector<double> begin_, left_, by_, next_;  // next: the way of what comes loose
   std::vector<bool> changes_;
 };
 

@@ -15,28 +15,42 @@ struct Decay {
   std::uint64_t seed = 1;
 };
 
+struct Moving {
+  double u, v;
+};
+
+// A step of Runge and Kutta; `a`: the acceleration at u and v.
+template <class Acceleration>
+Moving stepped(const Acceleration& a, Moving s, double h) {
+  const double a1 = a(s.u, s.v), v2 = s.v + 0.5 * h * a1, a2 = a(s.u + 0.5 * h * s.v, v2);
+  const double v3 = s.v + 0.5 * h * a2, a3 = a(s.u + 0.5 * h * v2, v3);
+  const double v4 = s.v + h * a3, a4 = a(s.u + h * v3, v4);
+  return {s.u + h / 6.0 * (s.v + 2.0 * v2 + 2.0 * v3 + v4),
+          s.v + h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4)};
+}
+
+inline Recording empty_record() {
+  Recording r;
+  r.name = "decay";
+  r.kind = Kind::transient;
+  r.role_given = true;
+  return r;
+}
+
 // u'' = -force(u, v), from rest at `start`; no excitation.
 inline Recording decay_of(const std::function<double(double, double)>& force, const Decay& decay) {
   constexpr int kSteps = 20;  // between two samples
   std::mt19937_64 source(decay.seed);
   std::normal_distribution<double> noise(0.0, decay.noise);
-  Recording r;
-  r.name = "decay";
-  r.kind = Kind::transient;
-  r.role_given = true;
+  Recording r = empty_record();
   const double h = 1.0 / (decay.rate * kSteps);
-  double u = decay.start, v = 0.0;
+  const auto a = [&](double u, double v) { return -force(u, v); };
+  Moving now{decay.start, 0.0};
   for (int i = 0; i < static_cast<int>(decay.duration * decay.rate); ++i) {
     r.t.push_back(i / decay.rate);
-    r.displacement.push_back(u + noise(source));
-    for (int k = 0; k < kSteps; ++k) {
-      const double a1 = -force(u, v);
-      const double u2 = u + 0.5 * h * v, v2 = v + 0.5 * h * a1, a2 = -force(u2, v2);
-      const double u3 = u + 0.5 * h * v2, v3 = v + 0.5 * h * a2, a3 = -force(u3, v3);
-      const double u4 = u + h * v3, v4 = v + h * a3, a4 = -force(u4, v4);
-      u += h / 6.0 * (v + 2.0 * v2 + 2.0 * v3 + v4);
-      v += h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4);
-    }
+    r.displacement.push_back(now.u + noise(source));
+    for (int k = 0; k < kSteps; ++k)
+      now = stepped(a, now, h);
   }
   return r;
 }
@@ -48,20 +62,10 @@ inline Recording sticking_decay_of(const std::function<double(double, double)>& 
   constexpr int kSteps = 20;  // between two samples
   std::mt19937_64 source(decay.seed);
   std::normal_distribution<double> noise(0.0, decay.noise);
-  Recording r;
-  r.name = "decay";
-  r.kind = Kind::transient;
-  r.role_given = true;
-  struct State {
-    double u, v;
-  } now{decay.start, 0.0};
-  const auto step = [&](State s, double h, double way) {
-    const auto a = [&](double u, double v) { return -force(u, v) - way * friction; };
-    const double a1 = a(s.u, s.v), v2 = s.v + 0.5 * h * a1, a2 = a(s.u + 0.5 * h * s.v, v2);
-    const double v3 = s.v + 0.5 * h * a2, a3 = a(s.u + 0.5 * h * v2, v3);
-    const double v4 = s.v + h * a3, a4 = a(s.u + h * v3, v4);
-    return State{s.u + h / 6.0 * (s.v + 2.0 * v2 + 2.0 * v3 + v4),
-                 s.v + h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4)};
+  Recording r = empty_record();
+  Moving now{decay.start, 0.0};
+  const auto step = [&](Moving s, double h, double way) {
+    return stepped([&](double u, double v) { return -force(u, v) - way * friction; }, s, h);
   };
   const double whole = 1.0 / (decay.rate * kSteps);
   for (int i = 0; i < static_cast<int>(decay.duration * decay.rate); ++i) {
@@ -72,7 +76,7 @@ inline Recording sticking_decay_of(const std::function<double(double, double)>& 
       if (now.v == 0.0 && std::fabs(pull) <= friction) break;
       const double way = (now.v != 0.0 ? now.v : pull) > 0.0 ? 1.0 : -1.0;
       double h = std::min(whole, left);
-      State next = step(now, h, way);
+      Moving next = step(now, h, way);
       if (way * next.v < 0.0) {
         double low = 0.0;
         for (int half = 0; half < 50; ++half) {

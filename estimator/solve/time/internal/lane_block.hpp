@@ -13,8 +13,6 @@
 
 namespace shaker::estimator {
 
-inline constexpr int kLanesAbreast = 32;  // their numbers fit the first cache
-
 // Of each state: the state that is its rate, or -1. Coordinates with a mass have one.
 std::vector<int> followed_states(const StateEquations& equations);
 

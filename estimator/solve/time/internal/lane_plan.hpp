@@ -9,6 +9,8 @@
 
 namespace shaker::estimator {
 
+inline constexpr int kLanesAbreast = 32;  // their numbers fit the first cache
+
 class LanePlan {
  public:
   // Arcs `first` to `first + lanes - 1`; steps between samples are at most `step` s, if that is not
@@ -58,5 +60,8 @@ class LanePlan {
   AlignedVector last_, from_, to_;
   std::vector<Source> sources_;
 };
+
+// Lays plans for all arcs, kLanesAbreast each; those that were laid for the same arcs stay.
+void lay_plans(std::span<Arc> arcs, double step, std::vector<LanePlan>& plans);
 
 }  // namespace shaker::estimator
