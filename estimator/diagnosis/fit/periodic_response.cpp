@@ -37,6 +37,8 @@ PeriodicResponse::PeriodicResponse(const Model& model, const RunDatum& datum, in
   x.array() -= datum.driver[0];
   tolerance_ = kTolerance * x.cwiseAbs().maxCoeff();
   system_.set_excitation_points(datum.frequency_hz, {x.data(), static_cast<std::size_t>(points)});
+  if (datum.quantity == Quantity::displacement && datum.response.size() > 0)
+    measured_ = synthesised(datum.response, points);
 }
 
 int PeriodicResponse::look_at(Quantity quantity) {
@@ -60,7 +62,24 @@ bool PeriodicResponse::solve(const std::vector<double>& theta, HowFar search) {
   if (solved_ && landed(system_.solve(theta, most, tolerance_))) return true;
   if (solved_ && search != HowFar::from_rest) return false;
   const SolveReport report = system_.solve_from_rest(theta, tolerance_, kMostFromRest);
-  return landed(report) && report.amplitude_reached >= 1.0;
+  if (landed(report) && report.amplitude_reached >= 1.0) return true;
+  return begin_at_measured() && landed(system_.solve(theta, kPatientSteps, tolerance_));
+}
+
+// Where the way from rest ends: in a fold, or where friction holds a mass that small excitations do
+// not move.
+bool PeriodicResponse::begin_at_measured() {
+  if (measured_.size() == 0) return false;
+  const Model& model = system_.model();
+  const int s = model.coordinates();
+  current_ = false;
+  system_.begin();
+  for (int i = 0; i < system_.points(); ++i) {
+    for (int c = 0; c < s; ++c)
+      system_.state()[static_cast<std::size_t>(i * s + c)] =
+          c == model.observed() ? measured_[i] : model.rest(c);
+  }
+  return true;
 }
 
 bool PeriodicResponse::landed(const SolveReport& report) {

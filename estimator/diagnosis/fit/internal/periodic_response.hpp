@@ -15,8 +15,8 @@
 namespace shaker::estimator::diagnosis {
 
 // How hard to search for a solution: `near`, by a few Newton steps from the last one; `patient`, by
-// as many as sharp corners need; `from_rest`, if those fail, by continuation from rest. A first
-// solution is always searched from rest.
+// as many as sharp corners need; `from_rest`, if those fail, by continuation from rest, and last from
+// the measured cycle. A first solution is always searched from rest.
 enum class HowFar { near, patient, from_rest };
 
 // One thread.
@@ -60,6 +60,7 @@ class PeriodicResponse {
   // is ready.
   bool landed(const SolveReport& report);
   void begin_at(const std::vector<double>& state);
+  bool begin_at_measured();
 
   PeriodicSystem system_;
   double tolerance_ = 0.0;  // of the residual, m/s^2
@@ -71,6 +72,7 @@ class PeriodicResponse {
   bool current_ = false;                      // at theta_, linearised and seen through all channels
   // States: the start before any success, the last success, and the stored one.
   std::vector<double> begun_, kept_, held_;
+  Eigen::VectorXd measured_;  // displacement, a point each; empty: another channel was measured
 };
 
 }  // namespace shaker::estimator::diagnosis
