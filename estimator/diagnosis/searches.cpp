@@ -12,6 +12,7 @@
 #include "estimator/diagnosis/select/internal/model_error.hpp"
 #include "estimator/diagnosis/select/internal/unknown_colour.hpp"
 #include "estimator/diagnosis/select/internal/weighed_again.hpp"
+#include "estimator/diagnosis/select/internal/weights.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {
@@ -54,8 +55,9 @@ double evidence_of(const HarmonicFit& fit, const WithRunConstants& with,
 }
 
 // Tries whether the runs only differ in their zero, preload, gas pressure or damping. Returns a
-// diagnosis if nothing else is missing and no effect explains the data better.
-std::optional<Diagnosis> said_of_run_constants(const Selection& searched,
+// diagnosis if nothing else is missing and that is more probable than what the search found.
+// Otherwise it is what "nothing" weighs against the names.
+std::optional<Diagnosis> said_of_run_constants(Selection& searched,
                                                const std::vector<RunDatum>& data,
                                                const std::vector<SteadyRun>& runs,
                                                const std::vector<Candidate>& catalogue,
@@ -72,9 +74,12 @@ std::optional<Diagnosis> said_of_run_constants(const Selection& searched,
   if (!again.trouble.empty()) return std::nullopt;
   const Selection found = judge(std::move(again), with->data, catalogue, options);
   if (!found.adequate) return std::nullopt;
-  if (searched.explained &&
-      searched.hypotheses[searched.best].log_evidence >= evidence_of(*found.base.fit, *with, data))
+  const Weights weights(searched, data);
+  const double nothing = weights.log_of_runs_that_differ(evidence_of(*found.base.fit, *with, data));
+  if (searched.explained && weights.log_of_effects() >= nothing) {
+    searched.base.log_evidence = std::max(searched.base.log_evidence, nothing);
     return std::nullopt;
+  }
   Diagnosis said = assemble(found, with->data, runs, catalogue, with->data);
   tell_constants("nothing else is missing, but ", with->constants, base, data, said);
   return said;

@@ -188,6 +188,25 @@ ConstantSizes likeliest(const Likelihood& likelihood, const ConstantSizes& large
   return best;
 }
 
+// Without those that a campaign does not need: each is one more number to fit.
+ConstantSizes needed(const Likelihood& likelihood, ConstantSizes sizes, int observations) {
+  const double cost = 0.5 * std::log(static_cast<double>(observations));
+  for (bool dropped = true; dropped;) {
+    dropped = false;
+    double most = likelihood.at(sizes) - cost;
+    const ConstantSizes all = sizes;
+    for (std::size_t k = 0; k < all.size(); ++k) {
+      ConstantSizes without = all;
+      without[k] = 0.0;
+      if (all[k] == 0.0 || !(likelihood.at(without) > most)) continue;
+      most = likelihood.at(without);
+      sizes = without;
+      dropped = true;
+    }
+  }
+  return sizes;
+}
+
 // What a fit leaves of the means of the fitted runs.
 struct Means {
   std::vector<double> left;
@@ -257,7 +276,7 @@ std::optional<WithRunConstants> with_run_constants(const HarmonicFit& fit,
   for (std::size_t k = 0; k < largest.size(); ++k)
     largest[k] = influence[k] > 0.0 ? kMostDifference * response / influence[k] : 0.0;
   const Likelihood likelihood(runs, static_cast<Index>(fit.free.size()));
-  const ConstantSizes sizes = likeliest(likelihood, largest);
+  const ConstantSizes sizes = needed(likelihood, likeliest(likelihood, largest), fit.observations);
   WithRunConstants out;
   out.constants = {sizes[0], sizes[1], sizes[2], sizes[3],
                    likelihood.at(sizes) - likelihood.at({})};

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
 
 namespace shaker::estimator::diagnosis {
@@ -62,6 +63,21 @@ double Weights::log_of(const Hypothesis& h) const {
   return -0.5 *
              (numbers_ * std::log(h.fit->chi_squared / found_.base.fit->chi_squared) + parameters) +
          log_before(h.effects.size());
+}
+
+double Weights::log_of_effects() const {
+  double largest = -std::numeric_limits<double>::infinity(), sum = 0.0;
+  for (const Hypothesis& h : found_.hypotheses) {
+    if (counts(h)) largest = std::max(largest, log_of(h));
+  }
+  for (const Hypothesis& h : found_.hypotheses) {
+    if (counts(h)) sum += std::exp(log_of(h) - largest);
+  }
+  return sum > 0.0 ? largest + std::log(sum) : largest;
+}
+
+double Weights::log_of_runs_that_differ(double log_evidence) const {
+  return log_evidence + std::log(static_cast<double>(std::max<std::size_t>(catalogue_, 1)));
 }
 
 // Log of what a set of so many effects has beforehand, over what one effect has: few campaigns lack

@@ -9,8 +9,8 @@ namespace {
 class SensorNonlinearity final : public InstrumentEffect {
  public:
   static constexpr ParameterInfo kParameters[] = {
-      {"n2", "-", 0.0, -0.2, 0.2, "quadratic deviation at the span, over the span", 0.0},
-      {"n3", "-", 0.0, -0.2, 0.2, "cubic deviation at the span, over the span", 0.0},
+      {"n2", "-", 0.0, -0.5, 0.5, "quadratic deviation at the span, over the span", 0.0},
+      {"n3", "-", 0.0, -0.5, 0.5, "cubic deviation at the span, over the span", 0.0},
   };
   static constexpr ConstantInfo kConstants[] = {
       {"L", "m", 0.1, "span of the sensor", true},

@@ -23,6 +23,11 @@ class Weights {
   Weights(const Selection& found, const std::vector<RunDatum>& data);
 
   double log_of(const Hypothesis& h) const;
+  // Of all sets of effects together; minus infinity where there is none.
+  double log_of_effects() const;
+  // Of nothing that is missing while the runs differ in their constants: beforehand as likely as that
+  // some effect of the catalogue is missing. `log_evidence`: of the base model with such runs.
+  double log_of_runs_that_differ(double log_evidence) const;
   // The one that weighs most, of those with at most `most` effects for which `may` holds; null: the
   // base model, or none.
   template <typename May>
