@@ -22,6 +22,9 @@ namespace {
 // kEnough above its share.
 constexpr double kLeftByNoise = 0.5, kLeftByOwn = 0.08, kLeftByGap = 0.1, kEnough = 0.1;
 
+// About the constants of the round before: what is not straight in them is far below noise then.
+constexpr int kConstantsRounds = 3;
+
 // In words after `but`, and for predictions: a drop is one more run.
 void tell_constants(const std::string& but, const RunConstants& constants, const HarmonicFit& fit,
                     const std::vector<RunDatum>& data, Diagnosis& said) {
@@ -64,14 +67,18 @@ std::optional<Diagnosis> said_of_run_constants(Selection& searched,
                                                const SelectionOptions& options) {
   if (searched.adequate) return std::nullopt;
   const HarmonicFit& base = *searched.base.fit;
-  auto with =
-      with_run_constants(base, searched.base.data ? *searched.base.data : data, data, options.fit);
-  if (!with) return std::nullopt;
-  for (RunDatum& datum : with->data)
-    datum.budget =
-        std::make_shared<EvaluationBudget>();  // a fixed amount of work: the searches keep theirs
-  HarmonicFit again = fit_harmonics(base.spec, with->data, base.theta, &base, options.fit);
-  if (!again.trouble.empty()) return std::nullopt;
+  const std::vector<RunDatum>& fitted = searched.base.data ? *searched.base.data : data;
+  auto with = with_run_constants(base, fitted, data, options.fit);
+  HarmonicFit again;
+  for (int round = 0; round < kConstantsRounds; ++round) {
+    if (!with || (!searched.explained && !beyond_chance(with->constants))) return std::nullopt;
+    for (RunDatum& datum : with->data)
+      datum.budget = std::make_shared<EvaluationBudget>();  // a fixed amount: the searches keep theirs
+    again = fit_harmonics(base.spec, with->data, base.theta, &base, options.fit);
+    if (!again.trouble.empty()) return std::nullopt;
+    if (round + 1 < kConstantsRounds)
+      with = with_run_constants(again, data, data, options.fit, &*with);
+  }
   const Selection found = judge(std::move(again), with->data, catalogue, options);
   if (!found.adequate) return std::nullopt;
   const Weights weights(searched, data);

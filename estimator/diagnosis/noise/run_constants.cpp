@@ -26,22 +26,21 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr std::size_t kFewestRuns = 3;
-constexpr double kMinLikelihoodGain =
-    8.0;  // of the gain: four sizes at their bound have it by chance once in 1000
+constexpr double kBeyondChance = 8.0;  // of the log likelihood
 constexpr double kZerosByChance = 0.01;  // that noise alone makes such a scatter of the means
 constexpr double kMeanOfMissed = 0.1;    // of a missed motion, by which what is missing moves means
 constexpr double kMostDifference = 0.1;  // of what it moves, over the response
 constexpr double kLeastDifference = 1e-6;          // the same
-constexpr int kComponents = 4;                     // zero, force, gas pressure, damping
 constexpr double kSteps[] = {4.0, 2.0, 1.4, 1.2};  // ratios of the grid, one after the other
 
-using ConstantSizes = std::array<double, kComponents>;
+using ConstantSizes = RunConstantValues;
 
 // One run in a basis where its noise is independent and of unit size.
 struct Run {
   std::size_t index = 0;
   MatrixXd columns;    // what is left, the free parameters, the components
-  MatrixXd influence;  // harmonics x components, as measured
+  MatrixXd influence;  // harmonics x kRunConstants, as measured
+  VectorXd bend;       // that the response has more at the constants
 };
 
 // Of the fitted data. Stretches of one recording share its constants, and do not show how these differ.
@@ -73,14 +72,13 @@ class Likelihood {
     const Index inner = 1 + parameters_;
     MatrixXd all = MatrixXd::Zero(inner, inner);
     double determinant = 0.0;
-    const VectorXd size = Eigen::Map<const VectorXd>(sizes.data(), kComponents);
     for (const MatrixXd& products : products_) {
       // Woodbury's identity.
-      const MatrixXd across = size.asDiagonal() * products.bottomLeftCorner(kComponents, inner);
-      const MatrixXd own = MatrixXd::Identity(kComponents, kComponents) +
-                           size.asDiagonal() *
-                               products.bottomRightCorner(kComponents, kComponents) *
-                               size.asDiagonal();
+      const MatrixXd across = sizes.asDiagonal() * products.bottomLeftCorner(kRunConstants, inner);
+      const MatrixXd own = MatrixXd::Identity(kRunConstants, kRunConstants) +
+                           sizes.asDiagonal() *
+                               products.bottomRightCorner(kRunConstants, kRunConstants) *
+                               sizes.asDiagonal();
       const MatrixXd white = Cholesky(own).whiten(across);
       all += products.topLeftCorner(inner, inner) - white.transpose() * white;
       determinant += log_determinant(own);
@@ -114,15 +112,6 @@ MatrixXd to_constant_force(const HarmonicFit& fit, const std::vector<RunDatum>& 
   }
 }
 
-// Index of an effect's parameter; -1: the model does not hold it.
-int parameter_of(const Model& model, const std::string& effect, const std::string& symbol) {
-  for (int k = 0; k < model.parameter_count(); ++k) {
-    const ModelParameter& p = model.parameters()[static_cast<std::size_t>(k)];
-    if (p.effect == effect && p.symbol == symbol) return k;
-  }
-  return -1;
-}
-
 std::vector<Run> runs_of(const HarmonicFit& fit, const std::vector<RunDatum>& fitted,
                          const FitOptions& options) {
   std::vector<RunDatum> alone = fitted;  // without the error of the time base, which all runs share
@@ -142,7 +131,7 @@ std::vector<Run> runs_of(const HarmonicFit& fit, const std::vector<RunDatum>& fi
     const Index size = datum.response.size();
     Run run;
     run.index = r;
-    run.influence = MatrixXd::Zero(size, kComponents);
+    run.influence = MatrixXd::Zero(size, kRunConstants);
     if (datum.quantity == Quantity::displacement) run.influence(0, 0) = 1.0;
     const bool forced = datum.kind == Kind::imposed_motion || datum.by_force;
     if (forces.cols() > 0 && !forced)  // a constant force is a load cell's zero
@@ -153,7 +142,8 @@ std::vector<Run> runs_of(const HarmonicFit& fit, const std::vector<RunDatum>& fi
             fit.theta[static_cast<std::size_t>(scaled[k])] *
             fit.predictions[r].jacobian().col(scaled[k]);
     }
-    run.columns.resize(size, 1 + static_cast<Index>(fit.free.size()) + kComponents);
+    run.bend = VectorXd::Zero(size);
+    run.columns.resize(size, 1 + static_cast<Index>(fit.free.size()) + kRunConstants);
     run.columns << whitened_residual(fit, alone, r), whitened_jacobian(fit, alone, r, fit.free),
         whitened(datum, run.influence);
     at += size;
@@ -162,12 +152,32 @@ std::vector<Run> runs_of(const HarmonicFit& fit, const std::vector<RunDatum>& fi
   return runs;
 }
 
+// About the likeliest constants of each run, by a fit to data that hold them already.
+void take_about(const WithRunConstants& before, const HarmonicFit& fit,
+                const std::vector<RunDatum>& fitted, std::vector<Run>& runs) {
+  for (Run& run : runs) {
+    const RunDatum& datum = fitted[run.index];
+    if (datum.kind != Kind::periodic) continue;
+    const RunDatum& with = before.data[run.index];
+    const MatrixXd& influence = before.influence[run.index];
+    const VectorXd left = with.response - fit.predictions[run.index].value();
+    const RunConstantValues likeliest = before.sizes.cwiseAbs2().asDiagonal() *
+                                        (influence.transpose() * over_covariance(with, left));
+    auto moved = moved_run(fit, datum, run.index, likeliest);
+    if (!moved) continue;
+    run.influence = std::move(moved->influence);
+    run.bend = std::move(moved->bend);
+    run.columns.col(0) = whitened_residual(fit, fitted, run.index) - whitened(datum, run.bend);
+    run.columns.rightCols(kRunConstants) = whitened(datum, run.influence);
+  }
+}
+
 // Each in turn, on a grid of ratios that gets finer.
 ConstantSizes likeliest(const Likelihood& likelihood, const ConstantSizes& largest) {
-  ConstantSizes best{};
+  ConstantSizes best = ConstantSizes::Zero();
   double most = likelihood.at(best);
   for (const double step : kSteps) {
-    for (std::size_t k = 0; k < best.size(); ++k) {
+    for (Index k = 0; k < best.size(); ++k) {
       const ConstantSizes middle = best;
       for (double size = largest[k]; size > kLeastDifference * largest[k]; size /= step) {
         ConstantSizes now = middle;
@@ -195,7 +205,7 @@ ConstantSizes needed(const Likelihood& likelihood, ConstantSizes sizes, int obse
     dropped = false;
     double most = likelihood.at(sizes) - cost;
     const ConstantSizes all = sizes;
-    for (std::size_t k = 0; k < all.size(); ++k) {
+    for (Index k = 0; k < all.size(); ++k) {
       ConstantSizes without = all;
       without[k] = 0.0;
       if (all[k] == 0.0 || !(likelihood.at(without) > most)) continue;
@@ -261,33 +271,42 @@ std::string RunConstants::words(const std::string& response_unit,
 std::optional<WithRunConstants> with_run_constants(const HarmonicFit& fit,
                                                    const std::vector<RunDatum>& fitted,
                                                    const std::vector<RunDatum>& data,
-                                                   const FitOptions& options) {
+                                                   const FitOptions& options,
+                                                   const WithRunConstants* before) {
   if (recordings_in(fitted) < kFewestRuns || fit.free.empty()) return std::nullopt;
   std::vector<Run> runs = runs_of(fit, fitted, options);
+  if (before != nullptr) take_about(*before, fit, fitted, runs);
   double response = 0.0;
-  ConstantSizes influence{};
+  ConstantSizes influence = ConstantSizes::Zero();
   for (const Run& run : runs) {
     if (!run.columns.allFinite()) return std::nullopt;
     response = std::max(response, root_mean_square(data[run.index].response));
-    for (std::size_t k = 0; k < influence.size(); ++k)
-      influence[k] = std::max(influence[k], run.influence.col(static_cast<Index>(k)).norm());
+    influence = influence.cwiseMax(run.influence.colwise().norm().transpose());
   }
-  ConstantSizes largest{};
-  for (std::size_t k = 0; k < largest.size(); ++k)
-    largest[k] = influence[k] > 0.0 ? kMostDifference * response / influence[k] : 0.0;
+  ConstantSizes largest = ConstantSizes::Zero();
+  for (Index k = 0; k < largest.size(); ++k)
+    if (influence[k] > 0.0) largest[k] = kMostDifference * response / influence[k];
   const Likelihood likelihood(runs, static_cast<Index>(fit.free.size()));
   const ConstantSizes sizes = needed(likelihood, likeliest(likelihood, largest), fit.observations);
   WithRunConstants out;
   out.constants = {sizes[0], sizes[1], sizes[2], sizes[3],
-                   likelihood.at(sizes) - likelihood.at({})};
-  if (!(out.constants.gain > kMinLikelihoodGain)) return std::nullopt;
+                   likelihood.at(sizes) - likelihood.at(ConstantSizes::Zero())};
+  if (out.constants.count() == 0) return std::nullopt;
   out.data = data;
-  const VectorXd size = Eigen::Map<const VectorXd>(sizes.data(), kComponents);
-  for (const Run& run : runs) {
-    const MatrixXd moved = run.influence * size.asDiagonal();
-    set_covariance(out.data[run.index], covariance_of(data[run.index]) + moved * moved.transpose());
+  out.sizes = sizes;
+  out.influence.resize(data.size());
+  for (Run& run : runs) {
+    const MatrixXd moved = run.influence * sizes.asDiagonal();
+    RunDatum& datum = out.data[run.index];
+    set_covariance(datum, covariance_of(datum) + moved * moved.transpose());
+    datum.response -= run.bend;
+    out.influence[run.index] = std::move(run.influence);
   }
   return out;
+}
+
+bool beyond_chance(const RunConstants& constants) {
+  return constants.gain > kBeyondChance;
 }
 
 std::vector<RunDatum> without_constants(const HarmonicFit& fit, const std::vector<RunDatum>& with,

@@ -76,7 +76,7 @@ std::optional<BesideConstants> beside_constants(const HarmonicFit& left,
   const HarmonicFit* near = &left;
   for (int round = 0; round < kColourRounds; ++round) {
     auto with = with_run_constants(*near, round == 0 ? fitted : noise, noise, options);
-    if (!with) return std::nullopt;
+    if (!with || !beyond_chance(with->constants)) return std::nullopt;
     HarmonicFit again = fit_harmonics(left.spec, with->data, near->theta, near, options);
     if (!again.trouble.empty()) return std::nullopt;
     out = {std::move(again), std::move(with->data), {}, with->constants};

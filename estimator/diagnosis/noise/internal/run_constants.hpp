@@ -4,7 +4,8 @@
 //
 // Each is a normally distributed number in each run, with one standard deviation for all runs. It
 // enters the covariance of a run's errors. Therefore it costs no parameter, and a campaign with
-// equal runs loses nothing.
+// equal runs loses nothing. What is not straight in it is taken about each run's likeliest numbers
+// (Lindstrom and Bates, Biometrics 46 (1990) 673-687).
 #pragma once
 
 #include <optional>
@@ -12,6 +13,7 @@
 #include <vector>
 
 #include "estimator/diagnosis/fit/internal/harmonic_fit.hpp"
+#include "estimator/diagnosis/noise/internal/moved_run.hpp"
 
 namespace shaker::estimator::diagnosis {
 
@@ -32,17 +34,25 @@ struct RunConstants {
 
 struct WithRunConstants {
   RunConstants constants;
-  std::vector<RunDatum> data;  // with their covariance
+  // With their covariance, less what is not straight in the constants.
+  std::vector<RunDatum> data;
+  RunConstantValues sizes;                  // standard deviations
+  std::vector<Eigen::MatrixXd> influence;  // of each datum that is fitted: harmonics x kRunConstants
 };
 
 // Estimates the standard deviations from the residual of `fit`, which was fitted to `fitted`, by
 // restricted maximum likelihood (Harville, Journal of the American Statistical Association 72
-// (1977) 320-338), and adds them to the covariance of `data`. Empty if they explain no more than
-// chance does, or for fewer than three runs.
+// (1977) 320-338), and adds them to the covariance of `data`. `before`: what these are fits of
+// already, whose likeliest constants they are taken about; null: about none. Empty if no constant is
+// worth a number more, or for fewer than three runs.
 std::optional<WithRunConstants> with_run_constants(const HarmonicFit& fit,
                                                    const std::vector<RunDatum>& fitted,
                                                    const std::vector<RunDatum>& data,
-                                                   const FitOptions& options);
+                                                   const FitOptions& options,
+                                                   const WithRunConstants* before = nullptr);
+// True where they explain more than chance does: four sizes at their bound have it by chance once in
+// 1000.
+bool beyond_chance(const RunConstants& constants);
 
 // The responses of `fitted` less the likeliest part of the constants: what `fit`, which was fitted
 // to `with`, leaves of them is noise and what the model lacks. `fitted`: as given to
