@@ -87,7 +87,8 @@ struct MotionScale {
   double length = 1.0, speed = 1.0, force = 1.0;
   /// @}
   double inertia = 1.0;  ///< the same of the masses that the forces may carry
-  /// \return true if all factors are equal
+  double reach = 0.0;    ///< the stroke farthest from 0; 0: not known
+  /// \return true if all are equal
   bool operator==(const MotionScale&) const = default;
 };
 

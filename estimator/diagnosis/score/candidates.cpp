@@ -271,7 +271,8 @@ config::MotionScale scale_of(const MotionRange& range) {
   return {.length = length / kHalfStroke,
           .speed = range.speed / kSpeed,
           .force = range.force / kForce,
-          .inertia = range.imposed ? kInertia * range.force / acceleration : 1.0};
+          .inertia = range.imposed ? kInertia * range.force / acceleration : 1.0,
+          .reach = std::max(std::fabs(range.low), std::fabs(range.high))};
 }
 
 Catalogue candidates(const config::ModelSpec& base, const MotionRange& range, Kind kind,

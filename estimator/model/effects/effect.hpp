@@ -57,6 +57,7 @@ struct ConstantInfo {
   double value;              ///< default
   std::string_view meaning;  ///< for the operator
   bool width = false;        ///< a smoothing width or a scale: must be above 0
+  bool reach = false;        ///< the stroke up to which the effect's shape is meant
 };
 
 /// An internal coordinate of an effect with memory.

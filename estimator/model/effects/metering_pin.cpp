@@ -13,7 +13,7 @@ class MeteringPin final : public DualEffect<MeteringPin, kSeesU | kSeesV, 3> {
       {"k2", "-", 0.0, 0.0, 0.8, "the same, quadratic part", 0.0},
   };
   static constexpr ConstantInfo kConstants[] = {
-      {"stroke", "m", 0.2, "full stroke of the damper", true},
+      {"stroke", "m", 0.2, "full stroke of the damper", true, true},
   };
   static constexpr Borrowed kBorrowed[] = {{"orifice_damping", "theta1"}};
 

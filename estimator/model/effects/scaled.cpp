@@ -47,6 +47,7 @@ ParameterInfo scaled(const Effect& effect, const ParameterInfo& info, const Moti
 ConstantInfo scaled(const ConstantInfo& info, const MotionScale& scale) {
   ConstantInfo own = info;
   if (info.width) own.value *= factor_of(info.unit, false, scale);
+  if (info.reach && scale.reach > 0.0) own.value = scale.reach;
   return own;
 }
 

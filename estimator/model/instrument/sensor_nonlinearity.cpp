@@ -13,7 +13,7 @@ class SensorNonlinearity final : public InstrumentEffect {
       {"n3", "-", 0.0, -0.5, 0.5, "cubic deviation at the span, over the span", 0.0},
   };
   static constexpr ConstantInfo kConstants[] = {
-      {"L", "m", 0.1, "span of the sensor", true},
+      {"L", "m", 0.1, "span of the sensor", true, true},
   };
 
   std::string_view name() const override { return "sensor_nonlinearity"; }
