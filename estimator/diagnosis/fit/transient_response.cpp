@@ -21,6 +21,8 @@ using Eigen::VectorXd;
 constexpr std::size_t kArcs = 32, kFewestInArc = 24;
 constexpr int kMostRounds = 30;   // of closing the arcs
 constexpr double kClosed = 1e-4;  // of a state's size: a linear correction does the rest
+constexpr double kLongest = 0.5;  // of the states' scales: a move beyond it is cut to it
+constexpr double kRises = 1.01;   // chi-squared that is more than that is a move too far
 constexpr int kMostHalvings = 6;  // of moves after which there is no motion
 constexpr double kJoined =
     1e-2;  // of a state's size: the arcs meet, the initial state may not suit
@@ -172,6 +174,12 @@ void TransientResponse::condense() {
   }
 }
 
+// Chi-squared of the samples.
+double TransientResponse::cost() const {
+  return whitened(datum_, datum_.response - transform_.analyse(samples_, datum_.response.size()))
+      .squaredNorm();
+}
+
 // Moves all arcs' starts to meet, from the initial state that suits the data; returns the largest
 // relative move.
 double TransientResponse::correct() {
@@ -183,11 +191,14 @@ double TransientResponse::correct() {
   const MatrixXd over = whitened(datum_, series.rightCols(model_->parameter_count()));
   MatrixXd gram = start.transpose() * start;
   const VectorXd e = whitened(datum_, datum_.response - series.col(0));
+  cost_ = e.squaredNorm();
   VectorXd towards = start.transpose() * e;
-  // What the data say nothing of (a memory that fades at once) is near rest.
+  // What the data say nothing of (a memory that fades at once) is near rest, also where the model is
+  // far from them: what is left is no reason to begin elsewhere.
   const double ridge = 1e-12 * gram.diagonal().maxCoeff();
+  const double left = cost_ / static_cast<double>(e.size());
   for (int j = 0; j < m_; ++j) {
-    const double prior = remembers(j) ? std::max(1.0, ridge) : ridge;
+    const double prior = remembers(j) ? std::max({1.0, ridge, left}) : ridge;
     gram(j, j) += prior;
     if (remembers(j)) towards[j] -= prior * arcs_[0].start[static_cast<std::size_t>(j)] / scale_[j];
   }
@@ -200,6 +211,10 @@ double TransientResponse::correct() {
   const auto moves = shooting_.moves();
   const MatrixXd first = moves.leftCols(m_) * scale_.asDiagonal();
   last_moves_ = first * taken - moves.col(m_ + p_);
+  if (const double far = relative_size(last_moves_); far > kLongest) {
+    last_moves_ *= kLongest / far;
+    course_.forget();
+  }
   move_starts(arcs_, last_moves_);
   drift_ = moves.middleCols(m_, p_);
   for (int c = 0; c < p_; ++c)
@@ -228,9 +243,17 @@ void TransientResponse::shorten() {
 bool TransientResponse::close(const std::vector<double>& theta) {
   double before = 1e300;
   int worse = 0, halved = 0;
+  bool was_joined = false;
+  double least = 0.0;
   course_.forget();
   for (int round = 0; round < kMostRounds; ++round) {
-    if (!integrate(theta)) {
+    const bool okk = integrate(theta);
+    if (getenv("DBGC")) fprintf(stderr, "round %d integrate %d gap %g steps %d arcs %zu still %g\n", round, okk, gap_, steps_, arcs_.size(), still_);
+    if (!okk) {
+      if (round == 0 && refine_steps()) {
+        --round;
+        continue;
+      }
       if (round > 0 && ++halved <= kMostHalvings) {
         shorten();
         continue;
@@ -243,8 +266,18 @@ bool TransientResponse::close(const std::vector<double>& theta) {
     condense();
     see(theta);
     if (!samples_.allFinite() || !slopes_.allFinite()) return false;
+    const bool joined = gap_ < kJoined;
+    if (joined && was_joined && halved < kMostHalvings && cost() > kRises * least) {
+      ++halved;
+      shorten();
+      continue;
+    }
     const double moved = correct();
+    if (getenv("DBGC")) fprintf(stderr, "   cost %g\n", cost_);
+    was_joined = joined;
+    least = cost_;
     if (!value_.allFinite() || !jacobian_.allFinite()) return false;
+    if (getenv("DBGC")) fprintf(stderr, "   moved %g gap %g\n", moved, gap_);
     if (moved < kClosed) {
       solved_ = true;
       theta_ = theta;
@@ -257,7 +290,28 @@ bool TransientResponse::close(const std::vector<double>& theta) {
   return false;
 }
 
+// True if the measured extremes are strokes that the model may have. A damper that could not have
+// been where it was is none, and the next search could not begin from the data.
+bool TransientResponse::may_be_where_measured(const std::vector<double>& theta) const {
+  if (!model_->instruments().empty()) return true;
+  constexpr int kPoints = 8;
+  StateEquations::Workspace work;
+  AlignedVector store(static_cast<std::size_t>((2 * m_ + 1) * kPoints));
+  std::vector<double*> s, rate;
+  for (int j = 0; j < m_; ++j) {
+    s.push_back(&store[static_cast<std::size_t>(j * kPoints)]);
+    rate.push_back(&store[static_cast<std::size_t>((m_ + j) * kPoints)]);
+    std::fill_n(s.back(), kPoints, j < equations_.coordinates() ? model_->rest(j) : 0.0);
+  }
+  for (int i = 0; i < kPoints; ++i)
+    s[static_cast<std::size_t>(model_->observed())][i] =
+        i % 2 == 0 ? run_->u.maxCoeff() : run_->u.minCoeff();
+  return equations_.rates(kPoints, s.data(), &store[static_cast<std::size_t>(2 * m_ * kPoints)],
+                          theta.data(), work, rate.data(), nullptr, nullptr);
+}
+
 bool TransientResponse::at(const std::vector<double>& theta) {
+  if (!may_be_where_measured(theta)) return false;
   std::vector<std::vector<double>> kept;
   for (const Arc& arc : arcs_)
     kept.push_back(arc.start);

@@ -103,6 +103,13 @@ bool TransientResponse::integrate(const std::vector<double>& theta) {
   return bounded;
 }
 
+// Steps half as long, where longer ones leave what is admissible. False where they are the shortest.
+bool TransientResponse::refine_steps() {
+  if (stiff_ || steps_ >= kMaxStepsPerSample) return false;
+  least_steps_ = std::min(2 * steps_, kMaxStepsPerSample);
+  return true;
+}
+
 // Shorter steps until half of one moves the response by less than the data feel: a record long
 // after its start adds up the phase that each step loses.
 void TransientResponse::settle_steps(const std::vector<double>& theta) {

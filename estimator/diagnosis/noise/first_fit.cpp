@@ -7,6 +7,8 @@
 
 #include "estimator/diagnosis/cycles/harmonics.hpp"
 #include "estimator/diagnosis/fit/internal/motion_integrator.hpp"
+#include "estimator/diagnosis/fit/internal/predicted_runs.hpp"
+#include "estimator/diagnosis/noise/internal/transient.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {
@@ -82,10 +84,11 @@ std::vector<double> fitted_to_forces(const config::ModelSpec& spec,
                                      const std::vector<RunDatum>& data,
                                      const std::vector<double>& start, const FitOptions& options) {
   const Model model(spec);
-  if (data.front().kind != Kind::periodic || !shown_by_motion(model)) return {};
+  if (along_motion(data) || !shown_by_motion(model)) return {};
   std::vector<RunDatum> forces;
+  if (on_samples(data)) forces = forces_of_records(data, model);
   for (const RunDatum& datum : data) {
-    if (datum.quantity == Quantity::displacement)
+    if (!datum.sampled && datum.quantity == Quantity::displacement)
       forces.push_back(forces_along_motion(datum, model));
   }
   const HarmonicFit along = fit_harmonics(spec, forces, start, nullptr, options);

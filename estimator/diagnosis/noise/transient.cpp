@@ -115,6 +115,18 @@ RunDatum balance_of_forces(const RunDatum& response) {
   return datum;
 }
 
+std::vector<RunDatum> forces_of_records(const std::vector<RunDatum>& data, const Model& model) {
+  std::vector<RunDatum> all;
+  for (const RunDatum& datum : data) {
+    all.push_back(balance_of_forces(datum));
+    // Nothing balances the force of a spring at a sensor's wrong zero, so that the spring would have
+    // to vanish.
+    if (rests_at_zero(model, model.start()))
+      all.back().error[0] = kUnknownMean * std::sqrt(datum.sampled->a.array().square().mean());
+  }
+  return all;
+}
+
 Result<TransientRuns> transient_runs(const std::vector<Recording>& recordings,
                                      const config::ModelSpec& spec) {
   const Model model(spec);
@@ -128,8 +140,7 @@ Result<TransientRuns> transient_runs(const std::vector<Recording>& recordings,
   }
   const bool imposed = recordings.front().kind == Kind::imposed_motion;
   if (!imposed) {
-    for (const RunDatum& datum : runs.data)
-      runs.forces.push_back(balance_of_forces(datum));
+    runs.forces = forces_of_records(runs.data, model);
     runs.by_force = !has_spring(model, *sampled->runs.front());
     if (runs.by_force) {
       if (all_free(sampled->runs))
@@ -137,17 +148,13 @@ Result<TransientRuns> transient_runs(const std::vector<Recording>& recordings,
                      "no force of the model depends on the displacement, and no run has an "
                      "excitation: such a model does not move by itself; give it a spring, for "
                      "example linear_stiffness, or a formula with u, the displacement"};
-      runs.data = std::move(runs.forces);
+      runs.data.clear();
+      for (const auto& run : sampled->runs)
+        runs.data.push_back(balance_of_forces(datum_of(run)));
       runs.forces.clear();
       runs.warnings.push_back(
           "no force of the model depends on the stroke, so that a simulation would drift: the "
           "forces along the measured motion are compared instead of the motion");
-    }
-    if (rests_at_zero(model, model.start())) {
-      // These forces only start the fit. Their mean is left out: nothing balances the force of a
-      // spring at a sensor's wrong zero, so that the spring would have to vanish.
-      for (RunDatum& forces : runs.forces)
-        forces.error[0] = kUnknownMean * std::sqrt(forces.sampled->a.array().square().mean());
     }
   } else {
     if (auto good = takes_in_energy(sampled->runs); !good) return good.error();
@@ -225,6 +232,10 @@ Result<void> use_repetitions(TransientRuns& runs, const HarmonicFit& fit) {
     }
   }
   return {};
+}
+
+bool shown_by_forces(const Candidate& candidate, const config::ModelSpec& spec) {
+  return not_shown(candidate, spec, true).empty();
 }
 
 Catalogue shown_by_transients(Catalogue all, const config::ModelSpec& spec, bool by_force) {

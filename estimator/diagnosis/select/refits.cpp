@@ -122,7 +122,8 @@ Hypothesis Refits::with(const Hypothesis& smaller, const Probe& probe) const {
   h.effects.push_back(probe.line.effect);
   std::sort(h.effects.begin(), h.effects.end());
   const auto spec = with_line(parent.spec, probe.line);
-  h.fit = refitted(spec, carried_over(Model(spec), parent), &parent);
+  h.fit = begun_at_forces(spec, parent);
+  if (!h.fit) h.fit = refitted(spec, carried_over(Model(spec), parent), &parent);
   // A fit with one effect more that is worse ended in a valley on its way. The fit of a record is
   // too expensive to be repeated.
   if (!on_samples(data_) && std::isfinite(h.fit->chi_squared) &&
@@ -130,6 +131,21 @@ Hypothesis Refits::with(const Hypothesis& smaller, const Probe& probe) const {
     h.fit = begun_apart(std::move(h.fit), parent, probe);
   finish(h);
   return h;
+}
+
+// A model that lacks something large may fit a record best in a valley of its own, from which no
+// effect leads away. The forces along the measured motion show where the valley with the effect is.
+// Null where they lead to nothing better than the fit without it.
+std::shared_ptr<const HarmonicFit> Refits::begun_at_forces(const config::ModelSpec& spec,
+                                                           const HarmonicFit& parent) const {
+  if (!on_samples(data_) || !is_far_above_noise(parent)) return nullptr;
+  const auto start = fitted_to_forces(spec, data_, {}, options_);
+  if (start.empty()) return nullptr;
+  FitOptions look = options_for(spec);
+  look.max_iterations = 0;
+  const HarmonicFit there = fit_harmonics(spec, data_, start, nullptr, look);
+  if (!(there.chi_squared < parent.chi_squared)) return nullptr;
+  return refitted(spec, start, &there);
 }
 
 // Forces along the measured motion hardly have valleys between the parameters, so the fit starts

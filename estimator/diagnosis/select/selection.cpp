@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -13,6 +14,7 @@
 #include "estimator/diagnosis/select/internal/nesting.hpp"
 #include "estimator/diagnosis/select/internal/pairs.hpp"
 #include "estimator/diagnosis/select/internal/refits.hpp"
+#include "estimator/diagnosis/select/internal/scored_forces.hpp"
 #include "estimator/diagnosis/select/internal/weights.hpp"
 #include "estimator/model/effects/turning.hpp"
 
@@ -90,8 +92,9 @@ class Search {
 
   void run() {
     std::vector<std::size_t> level = begin_known();
-    for (const std::size_t h : extend(found_.base, found_.base_scoring, options_.refits))
-      level.push_back(h);
+    const auto forces = scored_by_forces(*found_.base.fit, data_, all_, options_.fit);
+    if (forces) std::ranges::copy(extend_base(*forces), std::back_inserter(level));
+    std::ranges::copy(extend_base(found_.base_scoring), std::back_inserter(level));
     candidate_set_.choose();
     if (!options_.by_gap && begin_near_ones_elsewhere(level)) candidate_set_.choose();
     if (options_.known != nullptr) prune();
@@ -160,6 +163,10 @@ class Search {
       Hypothesis less = refits_.without(full, out);
       if (less.fit->chi_squared <= most) candidate_set_.keep(std::move(less), made);
     }
+  }
+
+  std::vector<std::size_t> extend_base(const Scoring& scoring) {
+    return extend(found_.base, scoring, options_.refits);
   }
 
   std::vector<std::size_t> extend(const Hypothesis& parent, const Scoring& scoring, int most) {

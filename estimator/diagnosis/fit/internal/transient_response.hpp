@@ -60,11 +60,14 @@ class TransientResponse {
   void size_memories();
   bool close(const std::vector<double>& theta);
   void shorten();
+  bool may_be_where_measured(const std::vector<double>& theta) const;
+  bool refine_steps();
   void settle_steps(const std::vector<double>& theta);
   // Condenses the arcs onto the initial state and the parameters: predicted samples and their
   // derivatives.
   void condense();
   void see(const std::vector<double>& theta);
+  double cost() const;
   double correct();
   // Largest of `moves` of starts, in scales of the states.
   double relative_size(const Eigen::VectorXd& moves) const;
@@ -93,7 +96,7 @@ class TransientResponse {
   Eigen::MatrixXd drift_;
   Eigen::VectorXd last_moves_;
   AcceleratedCourse course_;  // of the initial state
-  double gap_ = 0.0;
+  double gap_ = 0.0, cost_ = 0.0;
   Eigen::VectorXd samples_;
   Eigen::MatrixXd slopes_;  // samples x [initial state, all parameters]
   Eigen::VectorXd value_;

@@ -14,7 +14,7 @@ namespace shaker::estimator::diagnosis {
 // the inertia, as the force of an imposed motion. For a model with one mechanical coordinate.
 RunDatum forces_along_motion(const RunDatum& response, const Model& model);
 
-// Fits the parameters to the forces along the measured motions of periodic runs. `start`: start
+// Fits the parameters to the forces along the measured motions of runs whose responses are compared. `start`: start
 // values, or empty for the model's own. Empty if the forces do not follow from the motion alone, or
 // determine nothing.
 std::vector<double> fitted_to_forces(const config::ModelSpec& model,

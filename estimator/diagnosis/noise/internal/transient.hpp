@@ -36,6 +36,10 @@ Result<TransientRuns> transient_runs(const std::vector<Recording>& recordings,
 // that of the acceleration, which grows with the square of the frequency.
 RunDatum balance_of_forces(const RunDatum& response);
 
+// The same of all runs, to find where a fit to the responses begins. Their mean is left out where the
+// model rests at the zero of the displacement.
+std::vector<RunDatum> forces_of_records(const std::vector<RunDatum>& data, const Model& model);
+
 // Fits the base model. The start comes from the forces along the measured motion, which are nearly
 // linear in the parameters. A simulation from other start values would soon be out of phase.
 HarmonicFit fit_transient(const config::ModelSpec& model, const TransientRuns& runs,
@@ -46,6 +50,8 @@ HarmonicFit fit_transient(const config::ModelSpec& model, const TransientRuns& r
 // can.
 Result<void> use_repetitions(TransientRuns& runs, const HarmonicFit& fit);
 
+// True if the forces along a measured motion show the effect.
+bool shown_by_forces(const Candidate& candidate, const config::ModelSpec& model);
 // Removes the effects that a run without a period cannot show, and lists them in `not_tried`.
 Catalogue shown_by_transients(Catalogue all, const config::ModelSpec& model, bool by_force);
 

@@ -78,6 +78,8 @@ class Refits {
   std::shared_ptr<const HarmonicFit> refitted(const config::ModelSpec& spec,
                                               const std::vector<double>& start,
                                               const HarmonicFit* near) const;
+  std::shared_ptr<const HarmonicFit> begun_at_forces(const config::ModelSpec& spec,
+                                                     const HarmonicFit& parent) const;
   std::shared_ptr<const HarmonicFit> begun_apart(std::shared_ptr<const HarmonicFit> best,
                                                  const HarmonicFit& parent,
                                                  const Probe& probe) const;
