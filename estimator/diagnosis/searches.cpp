@@ -73,7 +73,8 @@ std::optional<Diagnosis> said_of_run_constants(Selection& searched,
   for (int round = 0; round < kConstantsRounds; ++round) {
     if (!with || (!searched.explained && !beyond_chance(with->constants))) return std::nullopt;
     for (RunDatum& datum : with->data)
-      datum.budget = std::make_shared<EvaluationBudget>();  // a fixed amount: the searches keep theirs
+      datum.budget =
+          std::make_shared<EvaluationBudget>();  // a fixed amount: the searches keep theirs
     again = fit_harmonics(base.spec, with->data, base.theta, &base, options.fit);
     if (!again.trouble.empty()) return std::nullopt;
     if (round + 1 < kConstantsRounds)

@@ -247,13 +247,7 @@ bool TransientResponse::close(const std::vector<double>& theta) {
   double least = 0.0;
   course_.forget();
   for (int round = 0; round < kMostRounds; ++round) {
-    const bool okk = integrate(theta);
-    if (getenv("DBGC")) fprintf(stderr, "round %d integrate %d gap %g steps %d arcs %zu still %g\n", round, okk, gap_, steps_, arcs_.size(), still_);
-    if (!okk) {
-      if (round == 0 && refine_steps()) {
-        --round;
-        continue;
-      }
+    if (!integrate(theta) && !(round == 0 && !solved_ && integrate_finer(theta))) {
       if (round > 0 && ++halved <= kMostHalvings) {
         shorten();
         continue;
@@ -273,11 +267,9 @@ bool TransientResponse::close(const std::vector<double>& theta) {
       continue;
     }
     const double moved = correct();
-    if (getenv("DBGC")) fprintf(stderr, "   cost %g\n", cost_);
     was_joined = joined;
     least = cost_;
     if (!value_.allFinite() || !jacobian_.allFinite()) return false;
-    if (getenv("DBGC")) fprintf(stderr, "   moved %g gap %g\n", moved, gap_);
     if (moved < kClosed) {
       solved_ = true;
       theta_ = theta;

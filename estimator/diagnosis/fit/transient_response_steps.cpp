@@ -103,11 +103,15 @@ bool TransientResponse::integrate(const std::vector<double>& theta) {
   return bounded;
 }
 
-// Steps half as long, where longer ones leave what is admissible. False where they are the shortest.
-bool TransientResponse::refine_steps() {
-  if (stiff_ || steps_ >= kMaxStepsPerSample) return false;
-  least_steps_ = std::min(2 * steps_, kMaxStepsPerSample);
-  return true;
+// From the data, where steps that serve a motion of the model overshoot into what is inadmissible.
+bool TransientResponse::integrate_finer(const std::vector<double>& theta) {
+  const int before = least_steps_;
+  while (!stiff_ && steps_ < kMaxStepsPerSample) {
+    least_steps_ = std::min(2 * steps_, kMaxStepsPerSample);
+    if (integrate(theta)) return true;
+  }
+  least_steps_ = before;
+  return false;
 }
 
 // Shorter steps until half of one moves the response by less than the data feel: a record long

@@ -35,9 +35,9 @@ std::optional<MovedRun> moved_run(const HarmonicFit& fit, const RunDatum& datum,
   const int points = fit.predictions[r].points();
   const auto model = fit.rounded ? rounded_model(spec, run, points) : model_of_run(spec, run);
   const std::vector<double> same = carried_over(*model, fit);
-  const std::array<int, kRunConstants> places = {
-      -1, parameter_of(*model, "constant_force", "k0"),
-      parameter_of(*model, "gas_spring", "theta2"), parameter_of(*model, "viscous_damping", "c")};
+  const std::array<int, kRunConstants> places = {-1, parameter_of(*model, "constant_force", "k0"),
+                                                 parameter_of(*model, "gas_spring", "theta2"),
+                                                 parameter_of(*model, "viscous_damping", "c")};
   std::vector<double> moved = same;
   for (std::size_t k = 1; k < places.size(); ++k) {
     if (places[k] < 0) continue;

@@ -26,7 +26,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr std::size_t kFewestRuns = 3;
-constexpr double kBeyondChance = 8.0;  // of the log likelihood
+constexpr double kBeyondChance = 8.0;    // of the log likelihood
 constexpr double kZerosByChance = 0.01;  // that noise alone makes such a scatter of the means
 constexpr double kMeanOfMissed = 0.1;    // of a missed motion, by which what is missing moves means
 constexpr double kMostDifference = 0.1;  // of what it moves, over the response

@@ -26,11 +26,10 @@ constexpr int kPairs = 3;      // of effects that only act together
 // Effects by which a hypothesis of one effect is extended, and one of more.
 constexpr int kExtensionsOfOne = 8, kExtensionsOfMore = 4;
 constexpr double kNearlyAll = 0.01;  // of chi-squared, left by one effect that closes the gap alone
-constexpr double kMinRefitGain = 5.0;     // of chi-squared: less is chance
-constexpr double kMaxNearRatio = 4.0;     // of chi-squared, times the best one's
-constexpr double kMaxWrongValley = 16.0;  // the same, of one that may stand in another valley
-constexpr double kMaxRemainingShare =
-    0.5;  // of chi-squared, that one more effect must leave at most
+constexpr double kMinRefitGain = 5.0;       // of chi-squared: less is chance
+constexpr double kMaxNearRatio = 4.0;       // of chi-squared, times the best one's
+constexpr double kMaxWrongValley = 16.0;    // the same, of one that may stand in another valley
+constexpr double kMaxRemainingShare = 0.5;  // of chi-squared, that one more must leave at most
 
 struct Ordered {
   const Candidate* candidate;
@@ -92,9 +91,12 @@ class Search {
 
   void run() {
     std::vector<std::size_t> level = begin_known();
-    const auto forces = scored_by_forces(*found_.base.fit, data_, all_, options_.fit);
-    if (forces) std::ranges::copy(extend_base(*forces), std::back_inserter(level));
-    std::ranges::copy(extend_base(found_.base_scoring), std::back_inserter(level));
+    const auto extend_base = [&](const Scoring& scoring) {
+      std::ranges::copy(extend(found_.base, scoring, options_.refits), std::back_inserter(level));
+    };
+    if (const auto forces = scored_by_forces(*found_.base.fit, data_, all_, options_.fit))
+      extend_base(*forces);
+    extend_base(found_.base_scoring);
     candidate_set_.choose();
     if (!options_.by_gap && begin_near_ones_elsewhere(level)) candidate_set_.choose();
     if (options_.known != nullptr) prune();
@@ -163,10 +165,6 @@ class Search {
       Hypothesis less = refits_.without(full, out);
       if (less.fit->chi_squared <= most) candidate_set_.keep(std::move(less), made);
     }
-  }
-
-  std::vector<std::size_t> extend_base(const Scoring& scoring) {
-    return extend(found_.base, scoring, options_.refits);
   }
 
   std::vector<std::size_t> extend(const Hypothesis& parent, const Scoring& scoring, int most) {
@@ -283,7 +281,7 @@ class Search {
       if (candidate_set_.find(others) == nullptr)
         candidate_set_.keep(refits_.without(best, line), made);
       const Hypothesis* known = candidate_set_.find(others);
-      if (known == nullptr) continue;
+      if (known == nullptr || !std::isfinite(known->fit->chi_squared)) continue;
       const Hypothesis parent = *known;
       extend(parent, candidate_set_.scored(parent.rounded ? parent.rounded : parent.fit),
              kExchanges);

@@ -61,7 +61,7 @@ class TransientResponse {
   bool close(const std::vector<double>& theta);
   void shorten();
   bool may_be_where_measured(const std::vector<double>& theta) const;
-  bool refine_steps();
+  bool integrate_finer(const std::vector<double>& theta);
   void settle_steps(const std::vector<double>& theta);
   // Condenses the arcs onto the initial state and the parameters: predicted samples and their
   // derivatives.

@@ -36,8 +36,9 @@ struct WithRunConstants {
   RunConstants constants;
   // With their covariance, less what is not straight in the constants.
   std::vector<RunDatum> data;
-  RunConstantValues sizes;                  // standard deviations
-  std::vector<Eigen::MatrixXd> influence;  // of each datum that is fitted: harmonics x kRunConstants
+  RunConstantValues sizes;  // standard deviations
+  std::vector<Eigen::MatrixXd>
+      influence;  // of each datum that is fitted: harmonics x kRunConstants
 };
 
 // Estimates the standard deviations from the residual of `fit`, which was fitted to `fitted`, by
