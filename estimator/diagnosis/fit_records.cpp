@@ -56,6 +56,7 @@ Result<FittedRecords> fit_records(const config::ModelSpec& model, const std::str
   FittedRecords fitted{fit_transient(model, runs, options), {}};
   HarmonicFit& base = fitted.base;
   if (!serves(base)) return not_fitted(base);
+  options.correct_start = true;  // what is not fitted again leaves nothing to be said
   let_jump(runs.data, options, base);
   if (auto good = use_repetitions(runs, base); !good) return good.error();
   // Done twice, because the response to the excitation depends on the fit.

@@ -331,6 +331,7 @@ HarmonicFit fit_however_long(const config::ModelSpec& spec, const std::vector<Ru
                                         : fit.model);
       fit.predictions.emplace_back(*fit.run_models[r], data[r], options.points);
     }
+    if (options.correct_start) fit.predictions[r].be_patient();
     if (near != nullptr) fit.predictions[r].start_from(near->predictions[r]);
     for (std::size_t before = 0; before < r; ++before)
       fit.predictions[r].share(fit.predictions[before]);

@@ -132,6 +132,10 @@ void Prediction::share(AnalysisMatrices& matrices) {
   if (!sampled_ && !analysis_) analysis_ = matrices.get(harmonics_, points_);
 }
 
+void Prediction::be_patient() {
+  if (transient_) transient_->be_patient();
+}
+
 void Prediction::hold() {
   if (response_) response_->hold();
 }

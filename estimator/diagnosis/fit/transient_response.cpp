@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <limits>
 #include <stdexcept>
 
 #include <fmt/format.h>
@@ -21,7 +22,7 @@ using Eigen::VectorXd;
 constexpr std::size_t kArcs = 32, kFewestInArc = 24;
 constexpr int kMostRounds = 30;   // of closing the arcs
 constexpr double kClosed = 1e-4;  // of a state's size: a linear correction does the rest
-constexpr double kLongest = 0.5;  // of the states' scales: a move beyond it is cut to it
+constexpr double kShort = 0.5;    // of the states' scales: a move of a second search
 constexpr double kRises = 1.01;   // chi-squared that is more than that is a move too far
 constexpr int kMostHalvings = 6;  // of moves after which there is no motion
 constexpr double kJoined =
@@ -211,8 +212,8 @@ double TransientResponse::correct() {
   const auto moves = shooting_.moves();
   const MatrixXd first = moves.leftCols(m_) * scale_.asDiagonal();
   last_moves_ = first * taken - moves.col(m_ + p_);
-  if (const double far = relative_size(last_moves_); far > kLongest) {
-    last_moves_ *= kLongest / far;
+  if (const double far = relative_size(last_moves_); far > longest_) {
+    last_moves_ *= longest_ / far;
     course_.forget();
   }
   move_starts(arcs_, last_moves_);
@@ -307,9 +308,22 @@ bool TransientResponse::at(const std::vector<double>& theta) {
   std::vector<std::vector<double>> kept;
   for (const Arc& arc : arcs_)
     kept.push_back(arc.start);
+  const bool first = !solved_;
+  if (!first && theta == theta_) {
+    if (stale_) stale_ = !integrate(theta);
+    return !stale_;
+  }
+  const VectorXd value = value_;
+  const MatrixXd jacobian = jacobian_, drift = drift_;
+  // The last success stands.
   const auto give_up = [&] {
     for (std::size_t a = 0; a < arcs_.size(); ++a)
       arcs_[a].start = kept[a];
+    value_ = value;
+    jacobian_ = jacobian;
+    drift_ = drift;
+    solved_ = !first;
+    stale_ = true;
     return false;
   };
   if (solved_) {
@@ -325,8 +339,17 @@ bool TransientResponse::at(const std::vector<double>& theta) {
     }
     move_starts(arcs_, moved);
   }
-  if (!close(theta)) return give_up();
+  if (!close(theta)) {
+    give_up();
+    if (!patient_ || !first) return false;
+    // From the data the whole way may be too far: Newton's method in short moves.
+    longest_ = kShort;
+    const bool closed = close(theta);
+    longest_ = std::numeric_limits<double>::infinity();
+    if (!closed) return give_up();
+  }
   if (!steps_settled_) settle_steps(theta);
+  stale_ = false;
   return solved_ || give_up();
 }
 

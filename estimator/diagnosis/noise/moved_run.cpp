@@ -28,7 +28,9 @@ std::optional<MovedRun> moved_run(const HarmonicFit& fit, const RunDatum& datum,
   force.effect = "constant_force";
   force.formula = "k0";
   force.parameters["k0"].start = 0.0;
-  const config::ModelSpec spec = with_line(fit.spec, force);
+  // In a model of several coordinates the force would have to say where it acts.
+  const bool pushes = fit.spec.coordinates.size() <= 1;
+  const config::ModelSpec spec = pushes ? with_line(fit.spec, force) : fit.spec;
   RunDatum run = datum;
   run.to_limit.reset();                               // it is of the model without the force
   run.budget = std::make_shared<EvaluationBudget>();  // a fixed amount of work

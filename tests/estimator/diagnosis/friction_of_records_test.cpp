@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "estimator/diagnosis/estimate_campaign.hpp"
+#include "tests/estimator/diagnosis/records.hpp"
 #include "tests/estimator/diagnosis/two_decays.hpp"
 #include "tests/sanitized.hpp"
 
@@ -89,6 +90,26 @@ TEST(FrictionOfRecords, ThatJumpsIsEstimatedFromTheImprovedModel) {
   const auto f_c = std::ranges::find(estimate->parameters, "f_c", &ParameterEstimate::name);
   ASSERT_NE(f_c, estimate->parameters.end());
   EXPECT_NEAR(f_c->value, 0.12, 3.0 * f_c->standard_error);
+}
+
+// The base model bends to imitate so much friction: its gas column ends at a bound, where no effect gains
+// anything.
+TEST(FrictionOfRecords, IsNamedWhereTheBaseModelBendsToImitateIt) {
+  const testing::Truth hidden = {{"coulomb_friction", 5.0}};
+  auto model = estimator::testing::oleo();
+  model.effects[1].parameters["theta4"].lower = 0.5;
+  model.effects[1].parameters["theta4"].upper = 2.0;
+  const auto d = diagnose(
+      testing::campaign_of({testing::drop(hidden, 1.2, 11), testing::drop(hidden, 1.8, 12),
+                            testing::drop(hidden, 2.4, 13), testing::drop(hidden, 2.1, 14)},
+                           1),
+      model);
+  ASSERT_TRUE(d) << d.error().what;
+  ASSERT_FALSE(d->effects.empty());
+  EXPECT_THAT(d->effects[0].name, HasSubstr("friction"));
+  EXPECT_LT(d->gap.after, 0.3 * d->gap.before);
+  EXPECT_TRUE(std::any_of(d->parameters_before.begin(), d->parameters_before.end(),
+                          [](const ParameterEstimate& p) { return p.at_bound; }));
 }
 
 }  // namespace

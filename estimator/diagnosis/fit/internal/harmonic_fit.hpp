@@ -26,7 +26,8 @@ struct FitOptions {
   double tolerance = 1e-2;   // of chi-squared
   bool from_rest = false;    // steps may go the long way to a periodic solution: dear
   bool from_near = false;  // no long way to a solution, where `near` has one: chi-squared infinite
-  // Start values without a solution may be corrected (admit) where responses are compared too: dear.
+  // Start values without a solution may be corrected (admit) where responses are compared too, and a
+  // motion through a record is searched harder: dear.
   bool correct_start = false;
   bool sharp = false;    // corners as sharp as the points can follow (smoothing.hpp)
   bool at_once = false;  // friction jumps where it can (jumping_friction.hpp)

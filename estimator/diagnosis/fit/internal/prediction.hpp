@@ -52,6 +52,8 @@ class Prediction {
   // starts from the finer one.
   void start_beyond(const Prediction& finer, const Prediction& coarser);
 
+  // A first motion through a record is searched harder (transient_response.hpp).
+  void be_patient();
   // Stores the present periodic solution; go_back() starts the next search from it.
   void hold();
   void go_back();

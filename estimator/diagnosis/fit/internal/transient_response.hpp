@@ -7,6 +7,7 @@
 // effect gets credit for what another initial state explains.
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -43,6 +44,8 @@ class TransientResponse {
   // Initial value of a state, by its name.
   double start_of(const std::string& state) const;
 
+  // Where Newton's method does not join the arcs from the data, tries it in short moves too: dear.
+  void be_patient() { patient_ = true; }
   // Starts from another model's trajectory, for the states that both have.
   void start_from(const TransientResponse& other);
 
@@ -87,16 +90,19 @@ class TransientResponse {
   std::vector<std::size_t> first_;  // sample of each arc
   std::unique_ptr<TimeIntegration> integration_;
   int steps_ = 0, least_steps_ = 1;  // of the integration between two samples
+  bool patient_ = false;
   bool steps_settled_ = false, stiff_ = false, sized_ = false;
   Eigen::VectorXd scale_;  // of each state
   std::vector<double> theta_;
   bool solved_ = false;
+  bool stale_ = false;  // the arcs' states are not those of the last success
 
   // All arcs' starts, one below the other: over free, the initial state suited; their last move.
   Eigen::MatrixXd drift_;
   Eigen::VectorXd last_moves_;
   AcceleratedCourse course_;  // of the initial state
   double gap_ = 0.0, cost_ = 0.0;
+  double longest_ = std::numeric_limits<double>::infinity();  // move of the starts, in their scales
   Eigen::VectorXd samples_;
   Eigen::MatrixXd slopes_;  // samples x [initial state, all parameters]
   Eigen::VectorXd value_;

@@ -19,7 +19,7 @@ using estimator::testing::effect;
 TEST(HarmonicFit, KnowsNoErrorsWhereThereIsNoSolution) {
   const Campaign campaign = testing::recorded({}, {{2.0, 1.5}}, 5);
   Weighed weighed = weigh({steady_cycles(campaign.runs[0]).value()});
-  weighed.data[0].driver *= 10.0;  // the gas is compressed beyond its limit
+  weighed.data[0].driver *= 100.0;  // the gas is compressed beyond its limit
   auto model = estimator::testing::oleo();
   model.effects.push_back(effect("stribeck_friction"));
   const HarmonicFit fit = fit_harmonics(model, weighed.data, {}, nullptr, {});

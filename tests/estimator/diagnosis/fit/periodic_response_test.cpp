@@ -1,7 +1,13 @@
 #include "estimator/diagnosis/fit/internal/periodic_response.hpp"
 
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <string>
+
 #include <gtest/gtest.h>
 
+#include "estimator/diagnosis/cycles/harmonics.hpp"
 #include "estimator/diagnosis/fit/internal/harmonic_fit.hpp"
 #include "estimator/diagnosis/fit/internal/smoothing.hpp"
 #include "estimator/diagnosis/fit/internal/smoothing_limit.hpp"
@@ -74,6 +80,50 @@ TEST(PeriodicResponse, IsOneForAllChannelsOfARunInAFit) {
   for (std::size_t k = 2; k < data.size(); ++k)
     EXPECT_EQ(fit.predictions[k].response(), fit.predictions[k % 2].response());
   EXPECT_NE(fit.predictions[0].response(), fit.predictions[1].response());
+}
+
+// Steady response of u'' + c u' + k u + k3 u^3 = a cos(w t), by an integration of its own: from a
+// large motion, on the upper branch.
+VectorXd measured_cycle(const std::array<double, 3>& damper, double frequency, double amplitude,
+                        double from) {
+  constexpr int kSteps = 2048, kCycles = 400;
+  const double w = 2.0 * std::numbers::pi * frequency, h = 1.0 / (frequency * kSteps);
+  const auto rate = [&](double t, double u, double v) {
+    return -damper[0] * v - damper[1] * u - damper[2] * u * u * u + amplitude * std::cos(w * t);
+  };
+  double u = from, v = 0.0;
+  VectorXd cycle(kSteps);
+  for (int k = 0; k < kSteps * kCycles; ++k) {
+    const double t = k * h;
+    cycle[k % kSteps] = u;
+    const double k1 = rate(t, u, v), k2 = rate(t + h / 2, u + h / 2 * v, v + h / 2 * k1);
+    const double k3 = rate(t + h / 2, u + h / 2 * v + h * h / 4 * k1, v + h / 2 * k2);
+    const double k4 = rate(t + h, u + h * v + h * h / 2 * k2, v + h * k3);
+    u += h * v + h * h / 6 * (k1 + k2 + k3);
+    v += h / 6 * (k1 + 2 * k2 + 2 * k3 + k4);
+  }
+  return analysis_matrix(8, kSteps) * cycle;
+}
+
+// Small excitations lead along a branch that ends in a fold.
+TEST(PeriodicResponse, IsFoundFromTheMeasuredCycleWhereNoWayLeadsFromRest) {
+  const auto spec = estimator::testing::model_of(
+      {effect("viscous_damping"), effect("linear_stiffness"), effect("cubic_stiffness")});
+  const Model model(spec);
+  const std::array<double, 3> damper = {0.4, 100.0, 4e4};
+  std::vector<double> theta = model.start();
+  for (std::size_t k = 0; k < theta.size(); ++k) {
+    const std::string& symbol = model.parameters()[k].symbol;
+    theta[k] = damper[symbol == "c" ? 0 : symbol == "k" ? 1 : 2];
+  }
+  RunDatum datum = driven_at(2.6, 14.0);
+  datum.driver[4] = 0.0;
+  Prediction blind(model, datum, kPoints);
+  EXPECT_FALSE(blind.at(theta, HowFar::from_rest));
+  datum.response = measured_cycle(damper, 2.6, 14.0, 0.12);
+  Prediction seeing(model, datum, kPoints);
+  ASSERT_TRUE(seeing.at(theta, HowFar::from_rest));
+  EXPECT_LT((seeing.value() - datum.response).norm(), 1e-3 * datum.response.norm());
 }
 
 TEST(PeriodicResponse, GoesOnAfterItsRest) {

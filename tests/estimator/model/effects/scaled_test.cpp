@@ -102,6 +102,19 @@ TEST(Scaled, LeavesAloneWhatHasNoScale) {
   }
 }
 
+// The share of the orifice that a pin closes, and the bend of a sensor, are those at the largest stroke:
+// in their ranges for a long stroke as for a short one.
+TEST(Scaled, AShapeIsMeantUpToTheLargestStroke) {
+  for (const Effect* effect : {&metering_pin(), &sensor_nonlinearity()}) {
+    const ConstantInfo& span = effect->constants()[0];
+    MotionScale scale{3.0, 2.0, 1.0};
+    scale.reach = 0.21;
+    EXPECT_EQ(scaled(span, scale).value, 0.21) << effect->name();
+    scale.reach = 0.0;
+    EXPECT_EQ(scaled(span, scale).value, 3.0 * span.value) << effect->name();
+  }
+}
+
 TEST(Scaled, AWrittenLineNeedsNoScale) {
   config::EffectSpec line;
   line.effect = "stribeck_friction";
