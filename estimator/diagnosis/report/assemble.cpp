@@ -31,6 +31,7 @@ namespace {
 
 using Eigen::VectorXd;
 
+constexpr std::string_view kReferenceSpeed = "v_r";  // of power_damping
 constexpr double kLeastOfKind = 0.01;  // of a probability, that is told among those of its kind
 
 class Assembler {
@@ -228,6 +229,17 @@ class Assembler {
                      [&](const auto& a, const auto& b) { return weight[a.name] > weight[b.name]; });
   }
 
+  // What its parameters are meant for, where the motion says it.
+  void tell_references(const Effect& known, const config::EffectSpec& line,
+                       NamedEffect& named) const {
+    for (const ConstantInfo& info : known.constants()) {
+      const auto stated = line.constants.find(std::string(info.symbol));
+      if (stated != line.constants.end() && (info.reach || info.symbol == kReferenceSpeed))
+        named.meaning += fmt::format("; {} = {:.3g} {}{}", info.symbol, stated->second,
+                                     said_.improved.length_unit, info.reach ? "" : "/s");
+    }
+  }
+
   // Words and formula.
   void describe(NamedEffect& named) const {
     const Effect* known = find_effect(named.name);
@@ -236,7 +248,9 @@ class Assembler {
     named.meaning = std::string(known->meaning());
     const std::string_view input = config::driven(named.name).input;
     for (const config::EffectSpec& line : said_.improved.effects) {
-      if (input.empty() || line.effect != named.name) continue;
+      if (line.effect != named.name) continue;
+      tell_references(*known, line, named);
+      if (input.empty()) continue;
       named.formula = fmt::format("({}) {} / {:g}", named.formula, input, *line.reference);
       named.meaning += fmt::format(", in proportion to {}", input);
     }
