@@ -97,6 +97,8 @@ RunDatum balance_of_forces(const RunDatum& response) {
   RunDatum datum = response;
   const SampledRun& run = *response.sampled;
   datum.by_force = true;
+  datum.whitening.reset();  // these are of the response
+  datum.to_limit.reset();
   if (run.excitation.size() > 0)
     datum.response = CosineTransform(run.samples()).analyse(run.excitation, run.keep);
   else
