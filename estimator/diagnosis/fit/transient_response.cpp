@@ -303,34 +303,27 @@ bool TransientResponse::may_be_where_measured(const std::vector<double>& theta) 
                           theta.data(), work, rate.data(), nullptr, nullptr);
 }
 
-TransientResponse::Solution TransientResponse::present() const {
-  Solution present{solved_, theta_, {}, value_, jacobian_, drift_};
-  for (const Arc& arc : arcs_)
-    present.starts.push_back(arc.start);
-  return present;
-}
-
-void TransientResponse::take(const Solution& solution) {
-  solved_ = solution.solved;
-  theta_ = solution.theta;
-  for (std::size_t a = 0; a < arcs_.size(); ++a)
-    arcs_[a].start = solution.starts[a];
-  value_ = solution.value;
-  jacobian_ = solution.jacobian;
-  drift_ = solution.drift;
-  stale_ = true;
-}
-
 bool TransientResponse::at(const std::vector<double>& theta) {
   if (!may_be_where_measured(theta)) return false;
+  std::vector<std::vector<double>> kept;
+  for (const Arc& arc : arcs_)
+    kept.push_back(arc.start);
   const bool first = !solved_;
   if (!first && theta == theta_) {
     if (stale_) stale_ = !integrate(theta);
     return !stale_;
   }
-  const Solution last = present();
+  const VectorXd value = value_;
+  const MatrixXd jacobian = jacobian_, drift = drift_;
+  // The last success stands.
   const auto give_up = [&] {
-    take(last);
+    for (std::size_t a = 0; a < arcs_.size(); ++a)
+      arcs_[a].start = kept[a];
+    value_ = value;
+    jacobian_ = jacobian;
+    drift_ = drift;
+    solved_ = !first;
+    stale_ = true;
     return false;
   };
   if (solved_) {

@@ -92,10 +92,9 @@ TEST(FrictionOfRecords, ThatJumpsIsEstimatedFromTheImprovedModel) {
   EXPECT_NEAR(f_c->value, 0.12, 3.0 * f_c->standard_error);
 }
 
-// The base model bends to imitate so much friction: its gas column ends at a bound, where no effect gains
-// anything.
-TEST(FrictionOfRecords, IsNamedWhereTheBaseModelBendsToImitateIt) {
-  const testing::Truth hidden = {{"coulomb_friction", 5.0}};
+// Half of the weight: the base model, which lacks it, is far from the drops.
+TEST(FrictionOfRecords, IsNamedInDropsWithMuchOfIt) {
+  const testing::Truth hidden = {{"coulomb_friction", 4.5}};
   auto model = estimator::testing::oleo();
   model.effects[1].parameters["theta4"].lower = 0.5;
   model.effects[1].parameters["theta4"].upper = 2.0;
@@ -108,8 +107,6 @@ TEST(FrictionOfRecords, IsNamedWhereTheBaseModelBendsToImitateIt) {
   ASSERT_FALSE(d->effects.empty());
   EXPECT_THAT(d->effects[0].name, HasSubstr("friction"));
   EXPECT_LT(d->gap.after, 0.3 * d->gap.before);
-  EXPECT_TRUE(std::any_of(d->parameters_before.begin(), d->parameters_before.end(),
-                          [](const ParameterEstimate& p) { return p.at_bound; }));
 }
 
 }  // namespace
