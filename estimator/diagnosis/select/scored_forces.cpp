@@ -28,6 +28,9 @@ std::optional<Scoring> scored_by_forces(const HarmonicFit& base, const std::vect
   Scoring scoring = score(along, forces, shown, options);
   for (Score& s : scoring.scores)
     s.candidate = known[static_cast<std::size_t>(s.candidate - shown.data())];
+  for (NotScored& n : scoring.not_scored)
+    n.candidate = known[static_cast<std::size_t>(n.candidate - shown.data())];
+  scoring.probed.reset();  // its keys are of `shown`
   return scoring;
 }
 
