@@ -296,9 +296,9 @@ bool TransientResponse::may_be_where_measured(const std::vector<double>& theta) 
     rate.push_back(&store[static_cast<std::size_t>((m_ + j) * kPoints)]);
     std::fill_n(s.back(), kPoints, j < equations_.coordinates() ? model_->rest(j) : 0.0);
   }
+  const double ends[] = {run_->u.minCoeff(), run_->u.maxCoeff()};
   for (int i = 0; i < kPoints; ++i)
-    s[static_cast<std::size_t>(model_->observed())][i] =
-        i % 2 == 0 ? run_->u.maxCoeff() : run_->u.minCoeff();
+    s[static_cast<std::size_t>(model_->observed())][i] = ends[i % 2];
   return equations_.rates(kPoints, s.data(), &store[static_cast<std::size_t>(2 * m_ * kPoints)],
                           theta.data(), work, rate.data(), nullptr, nullptr);
 }
