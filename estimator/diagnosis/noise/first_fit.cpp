@@ -38,11 +38,6 @@ bool is_far_above_noise(const HarmonicFit& fit) {
   return !(fit.chi_squared < kFarAboveNoise * fit.observations);
 }
 
-bool is_bent(const HarmonicFit& fit) {
-  return is_far_above_noise(fit) &&
-         std::any_of(fit.free.begin(), fit.free.end(), [&](int k) { return fit.at_bound(k); });
-}
-
 bool serves(const HarmonicFit& fit) {
   if (!std::isfinite(fit.chi_squared) || fit.stopped || !fit.predicts_all) return false;
   return fit.trouble.empty() || is_far_above_noise(fit);

@@ -133,12 +133,12 @@ Hypothesis Refits::with(const Hypothesis& smaller, const Probe& probe) const {
   return h;
 }
 
-// A base model that has bent to imitate what is missing stands in a valley of its own, from which no
+// A base model far above noise has bent to imitate what is missing, maybe into a valley from which no
 // effect leads away. The forces along the measured motion show where the valley with the effect is.
 // Null where they lead to nothing better than the fit without it.
 std::shared_ptr<const HarmonicFit> Refits::begun_at_forces(const config::ModelSpec& spec,
                                                            const HarmonicFit& parent) const {
-  if (!on_samples(data_) || !is_bent(base_)) return nullptr;
+  if (!on_samples(data_) || !is_far_above_noise(base_)) return nullptr;
   const auto start = fitted_to_forces(spec, data_, {}, options_);
   if (start.empty()) return nullptr;
   FitOptions look = options_for(spec);

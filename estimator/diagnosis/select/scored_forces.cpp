@@ -12,8 +12,8 @@ namespace shaker::estimator::diagnosis {
 std::optional<Scoring> scored_by_forces(const HarmonicFit& base, const std::vector<RunDatum>& data,
                                         const std::vector<Candidate>& candidates,
                                         const FitOptions& options) {
-  if (!on_samples(data) || along_motion(data) || !is_bent(base) || !can_be_carried(*base.model) ||
-      base.model->needs_carrier())
+  if (!on_samples(data) || along_motion(data) || !is_far_above_noise(base) ||
+      !can_be_carried(*base.model) || base.model->needs_carrier())
     return std::nullopt;
   const std::vector<RunDatum> forces = forces_of_records(data, *base.model);
   const HarmonicFit along = fit_harmonics(base.spec, forces, {}, nullptr, options);

@@ -24,9 +24,6 @@ std::vector<double> fitted_to_forces(const config::ModelSpec& model,
 // True from some four times the chi-squared on that noise alone would make.
 bool is_far_above_noise(const HarmonicFit& fit);
 
-// The same, with a parameter at the end of its range: such a fit has bent to imitate what is missing.
-bool is_bent(const HarmonicFit& fit);
-
 // True if what is missing can be looked for beside this fit of the model. Far from the data, a fit
 // that still creeps along a valley, or stands where its response is not determined, serves as well
 // as one that has ended. The other adds a warning that says so.
