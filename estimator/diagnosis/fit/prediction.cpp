@@ -138,11 +138,13 @@ void Prediction::be_patient() {
 
 void Prediction::hold() {
   if (response_) response_->hold();
+  if (transient_) transient_->hold();
 }
 
 void Prediction::go_back() {
   is_at_ = false;
   if (response_) response_->go_back();
+  if (transient_) transient_->go_back();
 }
 
 void Prediction::start_beyond(const Prediction& finer, const Prediction& coarser) {

@@ -20,6 +20,8 @@ constexpr double kJump = 0.5, kBend = 0.05;  // widths in steps
 // m/s, scaled: the largest width with which a friction begins on a record. The widths of the catalogue,
 // which differ, must not decide between frictions.
 constexpr double kTurnsOnRecord = 2e-3;
+// Of the stated width of a bend, which a record has no grid to miss: wider ones hide a play.
+constexpr double kBendOnRecord = 0.025;
 // Of the width that the catalogue states: 0.2 mm/s. Twice that leaves f_c 0.3 % off, twice as far.
 constexpr double kAtOnce = 0.04;
 // Of the largest speed: somewhat more than the above makes of any friction of the catalogue.
@@ -49,7 +51,8 @@ std::vector<Corner> corners_of(const config::ModelSpec& spec) {
       if (info.width && edge && !spec.effects[i].constants.contains(symbol))
         corners.push_back(
             {i, symbol, std::string(info.unit), info.value,
-             symbol == "e" ? std::min(1.0, kTurnsOnRecord / stated.value) * info.value : info.value,
+             (symbol == "e" ? std::min(1.0, kTurnsOnRecord / stated.value) : kBendOnRecord) *
+                 info.value,
              jumps(*effect)});
     }
   }

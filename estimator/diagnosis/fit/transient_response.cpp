@@ -20,14 +20,13 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr std::size_t kArcs = 32, kFewestInArc = 24;
-constexpr int kMostRounds = 30;   // of closing the arcs
-constexpr double kClosed = 1e-4;  // of a state's size: a linear correction does the rest
-constexpr double kShort = 0.5;    // of the states' scales: a move of a second search
-constexpr double kRises = 1.01;   // chi-squared that is more than that is a move too far
-constexpr int kMostHalvings = 6;  // of moves after which there is no motion
-constexpr double kJoined =
-    1e-2;  // of a state's size: the arcs meet, the initial state may not suit
-constexpr double kJumpsWithin = 1e-8;          // of the largest speed: the width of a jump
+constexpr int kMostRounds = 30;        // of closing the arcs
+constexpr double kClosed = 1e-4;       // of a state's size: a linear correction does the rest
+constexpr double kShort = 0.5;         // of the states' scales: a move of a second search
+constexpr double kRises = 1.01;        // chi-squared that is more than that is a move too far
+constexpr int kMostHalvings = 6;       // of moves after which there is no motion
+constexpr double kJoined = 1e-2;       // of a state's size: the arcs meet
+constexpr double kJumpsWithin = 1e-8;  // of the largest speed: the width of a jump
 constexpr double kFast = 0.5, kMoving = 0.02;  // of the largest speed nearby, and of all
 constexpr double kAtRest = 20.0;               // such widths: there friction has turned round
 
@@ -201,7 +200,8 @@ double TransientResponse::correct() {
   for (int j = 0; j < m_; ++j) {
     const double prior = remembers(j) ? std::max({1.0, ridge, left}) : ridge;
     gram(j, j) += prior;
-    if (remembers(j)) towards[j] -= prior * arcs_[0].start[static_cast<std::size_t>(j)] / scale_[j];
+    const double from_rest = arcs_[0].start[static_cast<std::size_t>(j)] - model_->rest(j);
+    if (remembers(j)) towards[j] -= prior * from_rest / scale_[j];
   }
   const Ldlt factor(gram);
   const VectorXd step = factor.solve(towards);
@@ -303,27 +303,34 @@ bool TransientResponse::may_be_where_measured(const std::vector<double>& theta) 
                           theta.data(), work, rate.data(), nullptr, nullptr);
 }
 
+TransientResponse::Solution TransientResponse::present() const {
+  Solution present{solved_, theta_, {}, value_, jacobian_, drift_};
+  for (const Arc& arc : arcs_)
+    present.starts.push_back(arc.start);
+  return present;
+}
+
+void TransientResponse::take(const Solution& solution) {
+  solved_ = solution.solved;
+  theta_ = solution.theta;
+  for (std::size_t a = 0; a < arcs_.size(); ++a)
+    arcs_[a].start = solution.starts[a];
+  value_ = solution.value;
+  jacobian_ = solution.jacobian;
+  drift_ = solution.drift;
+  stale_ = true;
+}
+
 bool TransientResponse::at(const std::vector<double>& theta) {
   if (!may_be_where_measured(theta)) return false;
-  std::vector<std::vector<double>> kept;
-  for (const Arc& arc : arcs_)
-    kept.push_back(arc.start);
   const bool first = !solved_;
   if (!first && theta == theta_) {
     if (stale_) stale_ = !integrate(theta);
     return !stale_;
   }
-  const VectorXd value = value_;
-  const MatrixXd jacobian = jacobian_, drift = drift_;
-  // The last success stands.
+  const Solution last = present();
   const auto give_up = [&] {
-    for (std::size_t a = 0; a < arcs_.size(); ++a)
-      arcs_[a].start = kept[a];
-    value_ = value;
-    jacobian_ = jacobian;
-    drift_ = drift;
-    solved_ = !first;
-    stale_ = true;
+    take(last);
     return false;
   };
   if (solved_) {

@@ -319,14 +319,15 @@ std::shared_ptr<const HarmonicFit> Refits::refitted(const config::ModelSpec& spe
   return jumping && jumping->chi_squared < direct->chi_squared ? jumping : direct;
 }
 
-// Models with memory are compared on half the points, and get narrower smoothing when it matters.
+// Models with memory are compared on half the points, and get narrower smoothing when it matters. A
+// record has no grid.
 FitOptions Refits::options_for(const config::ModelSpec& spec) const {
   FitOptions wanted = options_;
   wanted.sharp = true;
   wanted.at_once = false;
   const Model model(spec);
   if (model.coordinates() > model.mechanical()) {
-    wanted.points /= 2;
+    if (!on_samples(data_)) wanted.points /= 2;
     wanted.max_iterations = kMemorySteps;
   }
   return wanted;

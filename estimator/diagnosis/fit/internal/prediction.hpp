@@ -54,7 +54,7 @@ class Prediction {
 
   // A first motion through a record is searched harder (transient_response.hpp).
   void be_patient();
-  // Stores the present periodic solution; go_back() starts the next search from it.
+  // Stores the present solution; go_back() starts the next search from it.
   void hold();
   void go_back();
 

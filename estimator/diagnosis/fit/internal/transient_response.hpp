@@ -46,10 +46,24 @@ class TransientResponse {
 
   // Where Newton's method does not join the arcs from the data, tries it in short moves too: dear.
   void be_patient() { patient_ = true; }
+  // Stores the last success; go_back() returns to it.
+  void hold() { held_ = present(); }
+  void go_back() {
+    if (held_.solved) take(held_);
+  }
   // Starts from another model's trajectory, for the states that both have.
   void start_from(const TransientResponse& other);
 
  private:
+  struct Solution {
+    bool solved = false;
+    std::vector<double> theta;
+    std::vector<std::vector<double>> starts;  // of the arcs
+    Eigen::VectorXd value;
+    Eigen::MatrixXd jacobian, drift;
+  };
+  Solution present() const;
+  void take(const Solution& solution);
   void cut();
   bool may_begin_at(std::size_t sample, std::size_t length) const;
   void begin_from_data();
@@ -95,6 +109,7 @@ class TransientResponse {
   Eigen::VectorXd scale_;  // of each state
   std::vector<double> theta_;
   bool solved_ = false;
+  Solution held_;
   bool stale_ = false;  // the arcs' states are not those of the last success
 
   // All arcs' starts, one below the other: over free, the initial state suited; their last move.
