@@ -200,8 +200,8 @@ double TransientResponse::correct() {
   for (int j = 0; j < m_; ++j) {
     const double prior = remembers(j) ? std::max({1.0, ridge, left}) : ridge;
     gram(j, j) += prior;
-    const double from_rest = arcs_[0].start[static_cast<std::size_t>(j)] - model_->rest(j);
-    if (remembers(j)) towards[j] -= prior * from_rest / scale_[j];
+    const double begun = arcs_[0].start[static_cast<std::size_t>(j)];
+    if (remembers(j)) towards[j] -= prior * (begun - model_->rest(j)) / scale_[j];
   }
   const Ldlt factor(gram);
   const VectorXd step = factor.solve(towards);
