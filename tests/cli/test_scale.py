@@ -171,12 +171,14 @@ class Scale(Scratch):
             with self.subTest(unit=unit):
                 self.same(one, self.answer(header, runs, (1, unit, unit), (1, 1),
                                            units={"displacement": {"label": "mV", "scale": 1}}))
+        return one["verdict"]
 
     def test_of_decays_the_unit_does_not_matter(self):
         self.the_unit_of_records_does_not_matter(list(decays()), "coulomb_friction")
 
     def test_of_decays_with_a_play_the_unit_does_not_matter(self):
-        self.the_unit_of_records_does_not_matter(list(decays_with_play()), "free_play")
+        verdict = self.the_unit_of_records_does_not_matter(list(decays_with_play()), "free_play")
+        self.assertEqual(verdict, "explained")
 
     def test_of_sweeps_on_a_tyre_the_unit_does_not_matter(self):
         self.the_unit_of_records_does_not_matter(list(sweeps_on_a_tyre()), "tyre")

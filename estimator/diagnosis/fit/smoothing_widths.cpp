@@ -20,7 +20,7 @@ constexpr double kJump = 0.5, kBend = 0.05;  // widths in steps
 // m/s, scaled: the largest width with which a friction begins on a record. The widths of the catalogue,
 // which differ, must not decide between frictions.
 constexpr double kTurnsOnRecord = 2e-3;
-// Of the stated width of a bend, which a record has no grid to miss: wider ones hide a play.
+// Of the width that the catalogue states: a bend on a record, which has no grid. Wider ones hide a play.
 constexpr double kBendOnRecord = 0.025;
 // Of the width that the catalogue states: 0.2 mm/s. Twice that leaves f_c 0.3 % off, twice as far.
 constexpr double kAtOnce = 0.04;
