@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "estimator/diagnosis/records/internal/transient_cosines.hpp"
+#include "estimator/diagnosis/records/internal/transient_load.hpp"
 #include "estimator/diagnosis/records/internal/transient_seen.hpp"
 #include "estimator/math/aligned.hpp"
 #include "estimator/math/dense.hpp"
@@ -90,7 +91,13 @@ MatrixXd over_excitation(const Model& model, const std::vector<double>& theta,
   const MatrixXd waves = cosines(n, count);
   const MatrixXd one = MatrixXd::Identity(m, m);
   // The trapezium rule: stable however stiff a friction's memory is.
-  MatrixXd curves = MatrixXd::Zero(n, count + model.parameter_count());
+  SampledCourse curves{states.col(seen), MatrixXd::Zero(n, count + model.parameter_count())};
+  const bool loaded = sees_load(model);
+  const auto of_load =
+      loaded ? transient_load(equations, theta, run.excitation, states) : std::nullopt;
+  if (loaded && !of_load) return MatrixXd(keep, 0);
+  SampledCourse load;
+  if (of_load) load = {of_load->value, curves.slopes};
   MatrixXd s = MatrixXd::Zero(m, count);
   const double half = 0.5 * run.dt;
   for (Index i = 1; i < n; ++i) {
@@ -99,11 +106,11 @@ MatrixXd over_excitation(const Model& model, const std::vector<double>& theta,
     s += half * linear->b.row(i - 1).transpose() * waves.row(i - 1);
     s += half * linear->b.row(i).transpose() * waves.row(i);
     s = solve_square(one - half * linear->a[now], s);
-    curves.row(i).head(count) = s.row(seen);
+    curves.slopes.row(i).head(count) = s.row(seen);
+    if (of_load) load.slopes.row(i).head(count) = of_load->over_states.row(i) * s;
   }
-  VectorXd motion = states.col(seen);
-  observe_samples(model, theta, run, motion, curves, count);
-  return CosineTransform(n).analyse(curves.leftCols(count), keep);
+  observe_samples(model, theta, run, load, count, curves);
+  return CosineTransform(n).analyse(curves.slopes.leftCols(count), keep);
 }
 
 }  // namespace shaker::estimator::diagnosis

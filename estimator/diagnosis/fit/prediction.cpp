@@ -3,7 +3,6 @@
 #include "estimator/diagnosis/cycles/harmonics.hpp"
 #include "estimator/diagnosis/fit/internal/excitation_influence.hpp"
 #include "estimator/diagnosis/records/internal/transient_run.hpp"
-#include "estimator/diagnosis/records/internal/transient_seen.hpp"
 
 namespace shaker::estimator::diagnosis {
 
@@ -21,7 +20,6 @@ Prediction::Prediction(const Model& model, const RunDatum& datum, int points)
       transient_ = std::make_unique<TransientResponse>(model, datum);
       return;
     }
-    check_instruments(model);
     const bool inertia = datum.kind == Kind::transient;
     integrator_ = std::make_unique<MotionIntegrator>(
         model, Motion{sampled_->dt, sampled_->u, sampled_->v, sampled_->a, sampled_->excitation},

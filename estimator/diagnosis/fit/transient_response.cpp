@@ -9,7 +9,6 @@
 #include <fmt/format.h>
 
 #include "estimator/diagnosis/records/internal/transient_run.hpp"
-#include "estimator/diagnosis/records/internal/transient_seen.hpp"
 #include "estimator/math/dense.hpp"
 
 namespace shaker::estimator::diagnosis {
@@ -73,7 +72,6 @@ TransientResponse::TransientResponse(const Model& model, const RunDatum& datum)
       shooting_(static_cast<std::size_t>(m_), static_cast<std::size_t>(m_ + p_)),
       transform_(datum.sampled->samples()),
       excitation_(excitation_of(*datum.sampled)) {
-  check_instruments(model);
   for (Index i = 0; i < run_->samples(); ++i)
     times_.push_back((static_cast<double>(i) + 0.5) * run_->dt);
   scale_ = VectorXd::Ones(m_);
@@ -147,7 +145,6 @@ void TransientResponse::size_memories() {
 
 void TransientResponse::condense() {
   const auto m = static_cast<std::size_t>(m_), k = static_cast<std::size_t>(m_ + p_);
-  const auto seen = static_cast<std::size_t>(model_->observed());
   std::vector<ArcEnd> ends;
   for (const Arc& arc : arcs_)
     ends.push_back(
@@ -156,35 +153,19 @@ void TransientResponse::condense() {
   gap_ = 0.0;
   for (std::size_t j = 0; j < shooting_.gaps().size(); ++j)
     gap_ = std::max(gap_, std::fabs(shooting_.gaps()[j]) / scale_[static_cast<Index>(j % m)]);
-  samples_.resize(run_->samples());
-  slopes_.setZero(run_->samples(), m_ + model_->parameter_count());
-  for (std::size_t a = 0; a < arcs_.size(); ++a) {
-    const Arc& arc = arcs_[a];
-    const bool last = a + 1 == arcs_.size();
-    const std::size_t count = arc.times.size() - (last ? 0 : 1);
-    for (std::size_t i = 0; i < count; ++i) {
-      const std::size_t node = i * m + seen;
-      const Eigen::RowVectorXd over = shooting_.row(a, &arc.sensitivities[node * k]);
-      const auto at = static_cast<Index>(first_[a] + i);
-      samples_[at] = arc.states[node] - over[m_ + p_];
-      slopes_.row(at).head(m_) = over.head(m_);
-      for (int c = 0; c < p_; ++c)
-        slopes_(at, m_ + free_[static_cast<std::size_t>(c)]) = over[m_ + c];
-    }
-  }
 }
 
 // Chi-squared of the samples.
 double TransientResponse::cost() const {
-  return whitened(datum_, datum_.response - transform_.analyse(samples_, datum_.response.size()))
+  return whitened(datum_, datum_.response - transform_.analyse(seen_.value, datum_.response.size()))
       .squaredNorm();
 }
 
 // Moves all arcs' starts to meet, from the initial state that suits the data; returns the largest
 // relative move.
 double TransientResponse::correct() {
-  MatrixXd all(samples_.size(), 1 + slopes_.cols());
-  all << samples_, slopes_;
+  MatrixXd all(seen_.value.size(), 1 + seen_.slopes.cols());
+  all << seen_.value, seen_.slopes;
   const MatrixXd series = transform_.analyse(all, datum_.response.size());
   const MatrixXd of_start = series.middleCols(1, m_) * scale_.asDiagonal();
   const MatrixXd start = whitened(datum_, of_start);
@@ -229,10 +210,6 @@ double TransientResponse::relative_size(const VectorXd& moves) const {
       .maxCoeff();
 }
 
-void TransientResponse::see(const std::vector<double>& theta) {
-  observe_samples(*model_, theta, *run_, samples_, slopes_, m_);
-}
-
 // Takes half of the last moves back.
 void TransientResponse::shorten() {
   last_moves_ *= 0.5;
@@ -259,8 +236,7 @@ bool TransientResponse::close(const std::vector<double>& theta) {
       continue;
     }
     condense();
-    see(theta);
-    if (!samples_.allFinite() || !slopes_.allFinite()) return false;
+    if (!see(theta)) return false;
     const bool joined = gap_ < kJoined;
     if (joined && was_joined && halved < kMostHalvings && cost() > kRises * least) {
       ++halved;

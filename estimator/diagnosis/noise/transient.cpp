@@ -12,7 +12,7 @@
 #include "estimator/diagnosis/noise/internal/first_fit.hpp"
 #include "estimator/diagnosis/noise/internal/wrong_unit.hpp"
 #include "estimator/diagnosis/records/internal/transient_cosines.hpp"
-#include "estimator/diagnosis/records/internal/transient_seen.hpp"
+#include "estimator/diagnosis/records/internal/transient_load.hpp"
 #include "estimator/diagnosis/score/internal/scoring.hpp"
 #include "estimator/model/effects/catalogue.hpp"
 #include "estimator/model/instrument/instrument.hpp"
@@ -65,7 +65,6 @@ std::string not_shown(const Candidate& candidate, const config::ModelSpec& spec,
   if (by_force && candidate.effect->in_series()) return {};
   try {
     const Model model(with_line(spec, candidate.probes.front().line));
-    check_instruments(model);
     if (!by_force) return StateEquations(model).states() == 0 ? kPeriodicOnly : "";
     if (!can_be_carried(model)) return kAlongMotion;
     return model.needs_carrier() ? kPeriodicOnly : "";
@@ -150,6 +149,12 @@ Result<TransientRuns> transient_runs(const std::vector<Recording>& recordings,
                      "no force of the model depends on the displacement, and no run has an "
                      "excitation: such a model does not move by itself; give it a spring, for "
                      "example linear_stiffness, or a formula with u, the displacement"};
+      if (sees_load(model))
+        return Error{ErrorKind::invalid,
+                     fmt::format("model '{}' has a joint that yields (series_compliance), which "
+                                 "forces along a measured motion do not show; give it a spring, so "
+                                 "that its motion is compared, or leave the joint out",
+                                 model.name())};
       runs.data.clear();
       for (const auto& run : sampled->runs)
         runs.data.push_back(balance_of_forces(datum_of(run)));

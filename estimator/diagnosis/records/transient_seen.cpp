@@ -3,10 +3,7 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
-#include <stdexcept>
 #include <unsupported/Eigen/FFT>
-
-#include <fmt/format.h>
 
 #include "estimator/model/instrument/instrument.hpp"
 
@@ -68,8 +65,9 @@ struct Stage {
   Index count;  // of own parameters
 };
 
-void filter(const Stage& stage, const SampledRun& run, VectorXd& samples, MatrixXd& slopes,
-            Index first) {
+void filter(const Stage& stage, const SampledRun& run, Index first, SampledCourse& course) {
+  VectorXd& samples = course.value;
+  MatrixXd& slopes = course.slopes;
   const Instrument& instrument = *stage.term->effect->instrument();
   Filter through(samples.size(), run.dt);
   std::vector<Complex> d_theta(static_cast<std::size_t>(stage.count));
@@ -90,46 +88,39 @@ void filter(const Stage& stage, const SampledRun& run, VectorXd& samples, Matrix
   slopes.middleCols(first + stage.term->first_parameter, stage.count) += own;
 }
 
-void point_by_point(const Stage& stage, const SampledRun& run, VectorXd& samples, MatrixXd& slopes,
-                    Index first) {
-  const Index n = samples.size();
-  VectorXd t(n), seen(n), slope(n);
+void point_by_point(const Stage& stage, const SampledRun& run, const SampledCourse& load,
+                    Index first, SampledCourse& course) {
+  const Index n = course.value.size();
+  const Instrument& instrument = *stage.term->effect->instrument();
+  VectorXd t(n), seen(n), slope(n), over_load = VectorXd::Zero(n);
   for (Index i = 0; i < n; ++i)
     t[i] = (static_cast<double>(i) + 0.5) * run.dt - 0.5 * run.length();
   MatrixXd own = MatrixXd::Zero(n, stage.count);
   std::vector<double*> columns;
   for (Index k = 0; k < stage.count; ++k)
     columns.push_back(own.col(k).data());
-  const Signal at{static_cast<int>(n), samples.data(), nullptr, t.data()};
-  const Seen out{seen.data(), slope.data(), nullptr, columns.data()};
-  stage.term->effect->instrument()->observe(at, stage.local.data(), stage.term->constants.data(),
-                                            out);
-  samples = seen;
-  slopes = slope.asDiagonal() * slopes;
-  slopes.middleCols(first + stage.term->first_parameter, stage.count) += own;
+  const Signal at{static_cast<int>(n), course.value.data(), load.value.data(), t.data()};
+  instrument.observe(at, stage.local.data(), stage.term->constants.data(),
+                     {seen.data(), slope.data(), over_load.data(), columns.data()});
+  course.value = seen;
+  course.slopes = slope.asDiagonal() * course.slopes;
+  if (instrument.sees_load()) course.slopes += over_load.asDiagonal() * load.slopes;
+  course.slopes.middleCols(first + stage.term->first_parameter, stage.count) += own;
 }
 
 }  // namespace
 
-void check_instruments(const Model& model) {
-  for (const Model::Term& term : model.instruments()) {
-    if (term.effect->instrument()->sees_load())
-      throw std::invalid_argument(
-          fmt::format("model '{}' has the instrument {}, which only a periodic campaign can hold",
-                      model.name(), term.effect->name()));
-  }
-}
-
 void observe_samples(const Model& model, const std::vector<double>& theta, const SampledRun& run,
-                     VectorXd& samples, MatrixXd& slopes, Index first_parameter) {
+                     const SampledCourse& load, Index first_parameter,
+                     SampledCourse& displacement) {
   for (const Model::Term& term : model.instruments()) {
     Stage stage{&term, std::vector<double>(kMostParameters, 0.0),
                 static_cast<Index>(term.effect->parameters().size())};
     term.gather(theta.data(), stage.local.data());
     if (term.effect->instrument()->filters())
-      filter(stage, run, samples, slopes, first_parameter);
+      filter(stage, run, first_parameter, displacement);
     else
-      point_by_point(stage, run, samples, slopes, first_parameter);
+      point_by_point(stage, run, load, first_parameter, displacement);
   }
 }
 

@@ -16,6 +16,7 @@
 
 #include "estimator/diagnosis/internal/run_datum.hpp"
 #include "estimator/diagnosis/records/internal/transient_cosines.hpp"
+#include "estimator/diagnosis/records/internal/transient_seen.hpp"
 #include "estimator/math/accelerated_course.hpp"
 #include "estimator/model/model.hpp"
 #include "estimator/solve/time/integration.hpp"
@@ -83,7 +84,11 @@ class TransientResponse {
   // Condenses the arcs onto the initial state and the parameters: predicted samples and their
   // derivatives.
   void condense();
-  void see(const std::vector<double>& theta);
+  // A state at the samples, and its derivatives over the initial state and all parameters.
+  SampledCourse course_of(int state) const;
+  SampledCourse load_along(const std::vector<double>& theta) const;
+  // What the instruments show. False if that is no number.
+  bool see(const std::vector<double>& theta);
   double cost() const;
   double correct();
   // Largest of `moves` of starts, in scales of the states.
@@ -118,8 +123,7 @@ class TransientResponse {
   AcceleratedCourse course_;  // of the initial state
   double gap_ = 0.0, cost_ = 0.0;
   double longest_ = std::numeric_limits<double>::infinity();  // move of the starts, in their scales
-  Eigen::VectorXd samples_;
-  Eigen::MatrixXd slopes_;  // samples x [initial state, all parameters]
+  SampledCourse seen_;
   Eigen::VectorXd value_;
   Eigen::MatrixXd jacobian_;
 };

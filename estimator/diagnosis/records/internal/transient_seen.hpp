@@ -10,14 +10,17 @@
 
 namespace shaker::estimator::diagnosis {
 
-// Throws std::invalid_argument if an instrument of the model needs the damper's load, which only a
-// periodic solution has.
-void check_instruments(const Model& model);
+// A sampled course and its derivatives: samples x columns. The columns from `first_parameter` on are
+// the model's parameters.
+struct SampledCourse {
+  Eigen::VectorXd value;
+  Eigen::MatrixXd slopes;
+};
 
-// Replaces `samples` of the displacement and their derivatives by what the instruments show. The
-// columns of `slopes` from `first_parameter` on are the model's parameters.
+// Replaces the displacement by what the instruments show. `load`: the damper's (transient_load.hpp),
+// with the same columns; only read if sees_load(model).
 void observe_samples(const Model& model, const std::vector<double>& theta, const SampledRun& run,
-                     Eigen::VectorXd& samples, Eigen::MatrixXd& slopes,
-                     Eigen::Index first_parameter);
+                     const SampledCourse& load, Eigen::Index first_parameter,
+                     SampledCourse& displacement);
 
 }  // namespace shaker::estimator::diagnosis
