@@ -31,7 +31,6 @@
 namespace shaker::estimator::diagnosis {
 namespace {
 
-constexpr double kMinRestartGain = 5.0;  // times what is left a datum: less is chance
 constexpr double kUsualRuns = 6.0;
 constexpr int kRecordSteps = 40;  // of a fit: each integrates every sample
 // For records. In units of the budget of periodic runs: the share of a search, and the number of
@@ -84,29 +83,6 @@ void warn_of_design(const std::vector<SteadyRun>& runs, double variance_inflatio
                     std::sqrt(variance_inflation)));
 }
 
-// From distant start values the fit of the base model may end in a wrong valley, and any effect
-// then improves it. Fits the base model again, from the parameters that it has together with the
-// named effects. Returns a model with the new start values, or nothing if the fit is no better. Two
-// fits far from the noise that end in one valley differ a little; such a difference does not count.
-std::optional<config::ModelSpec> better_start(const config::ModelSpec& model,
-                                              const std::vector<double>& theta, double left,
-                                              const std::vector<RunDatum>& data,
-                                              const Diagnosis& said, const FitOptions& options) {
-  if (said.effects.empty()) return std::nullopt;
-  std::vector<double> start = theta;
-  const Model base(model);
-  for (std::size_t k = 0; k < start.size(); ++k) {
-    for (const ParameterEstimate& after : said.parameters_after) {
-      if (after.name == base.parameters()[k].name && after.effect == base.parameters()[k].effect)
-        start[k] = after.value;
-    }
-  }
-  const HarmonicFit fit = fit_harmonics(model, data, start, nullptr, options);
-  const double a_datum = std::max(1.0, fit.chi_squared / std::max(1, fit.observations));
-  if (!fit.converged || left - fit.chi_squared < kMinRestartGain * a_datum) return std::nullopt;
-  return at_estimates(fit);
-}
-
 // Appends the effects that could not be scored to those that could not be computed. Drift and
 // quantisation are read from the records: if they are named, they were tried.
 void tell_not_tried(const std::vector<NotTried>& not_tried, Diagnosis& said) {
@@ -115,14 +91,6 @@ void tell_not_tried(const std::vector<NotTried>& not_tried, Diagnosis& said) {
                      [&](const NamedEffect& e) { return e.name == n.name; }))
       said.not_tried.push_back(n);
   }
-}
-
-// True if the second diagnosis is the better one: it explains the data and the first does not, or
-// leaves a smaller gap.
-bool says_more(const Diagnosis& anew, const Diagnosis& first) {
-  const auto explains = [](const Diagnosis& d) { return d.verdict != Verdict::unexplained; };
-  if (explains(anew) != explains(first)) return explains(anew);
-  return explains(anew) || anew.gap.after < first.gap.after;
 }
 
 void tell_if_cut_short(Diagnosis& said) {
@@ -182,8 +150,7 @@ Result<HarmonicFit> fit_all_channels(const config::ModelSpec& model, Kind kind,
 
 Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelSpec& stated,
                                   const DiagnoseOptions& options, const Progress& progress,
-                                  const std::shared_ptr<EvaluationBudget>& budget,
-                                  bool may_begin_anew = true) {
+                                  const std::shared_ptr<EvaluationBudget>& budget) {
   progress("cutting cycles", 0.0);
   const FitOptions fitting{options.points};
   FitOptions first = fitting;
@@ -217,17 +184,8 @@ Result<Diagnosis> diagnose_cycles(const Campaign& campaign, const config::ModelS
   const auto catalogue = tried_by(options, model, range, campaign, weighed.data, warnings);
   const SelectionOptions selection = selection_for(options, fitting, campaign);
   progress("scoring the catalogue", 0.2);
-  const std::vector<double> theta = base.theta;
-  const double left = base.chi_squared;
   Diagnosis said =
       searched(std::move(base), weighed.data, runs, catalogue.tried, selection, progress);
-  if (may_begin_anew) {
-    if (const auto better = better_start(model, theta, left, weighed.data, said, first)) {
-      auto anew = diagnose_cycles(campaign, *better, options, progress, budget, false);
-      if (anew && says_more(*anew, said)) return anew;
-      said.cut_short = said.cut_short || (anew && anew->cut_short);
-    }
-  }
   said.campaign = campaign.name;
   said.false_alarm_rate = options.false_alarm_rate;
   said.gap.unit = unit;

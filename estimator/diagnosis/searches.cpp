@@ -167,21 +167,15 @@ Diagnosis searched(HarmonicFit base, const std::vector<RunDatum>& data,
   if (first.explained) {
     if (auto said = said_of_run_constants(first, data, runs, catalogue, selection)) return *said;
   }
-  const auto by_own_errors = [&](const Hypothesis* guide,
-                                 double leave) -> std::optional<WeighedAgain> {
-    if (guide != nullptr && is_late(data, leave)) {
-      first.cut_short = true;
-      return std::nullopt;
-    }
-    const SelectionOptions own = after(first, selection, leave);
-    return explained_by_own_errors(guide, *first.base.fit, runs, data, catalogue, own,
-                                   named(0.6, 0.9), first.cut_short);
-  };
-  const auto said_of_own = [&](const WeighedAgain& again) {
-    return said_of_own_errors(again, runs, catalogue, progress);
-  };
-  if (const auto again = by_own_errors(guide_of(first, data), kLeftByOwn))
-    return said_of_own(*again);
+  const Hypothesis* guide = guide_of(first, data);
+  if (guide != nullptr && is_late(data, kLeftByOwn)) {
+    first.cut_short = true;
+  } else if (guide != nullptr) {
+    const SelectionOptions own = after(first, selection, kLeftByOwn);
+    if (const auto again = explained_by_own_errors(*guide, *first.base.fit, runs, data, catalogue,
+                                                   own, named(0.6, 0.9), first.cut_short))
+      return said_of_own_errors(*again, runs, catalogue, progress);
+  }
   if (!first.explained) {
     if (auto said = said_of_run_constants(first, data, runs, catalogue, selection)) return *said;
   }
@@ -200,8 +194,6 @@ Diagnosis searched(HarmonicFit base, const std::vector<RunDatum>& data,
           select_effects(std::move(again), *softened, catalogue, by_gap, named(0.6, 0.9));
       if (!second.hypotheses.empty())  // what a round corner leaves is not the noise's
         take_to_zero_width(second, second.best, *softened, selection.fit);
-      if (const auto own = by_own_errors(guide_near_noise(second, data), 0.0))
-        return said_of_own(*own);
       progress("drawing up", 0.95);
       second.cut_short = second.cut_short || first.cut_short;
       return said_of_gap(std::move(second), first, *softened, data, runs, catalogue, selection.fit);

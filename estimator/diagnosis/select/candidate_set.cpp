@@ -45,11 +45,9 @@ void CandidateSet::choose() {
   if (!any_best()) return;
   narrow_rivals();
   any_best();
-  try_simpler_rivals();
   for (int round = 0; round < 4 && any_best(); ++round) {
     Hypothesis& best = found_.hypotheses[found_.best];
-    const bool centred = refits_.recentred(best);
-    if (!refits_.narrowed(best) && !centred) break;
+    if (!refits_.narrowed(best)) break;
   }
   any_best();
   prefer_simpler();
@@ -114,21 +112,6 @@ void CandidateSet::narrow_rivals() {
                                 ? std::numeric_limits<double>::infinity()
                                 : kMaxImprovedRatio * now_best.fit->chi_squared;
     refits_.narrowed(rival, hopeless);
-  }
-}
-
-// A simpler hypothesis close behind the best may become the best. This does not apply to a search
-// by shares of the gap.
-void CandidateSet::try_simpler_rivals() {
-  if (options_.by_gap) return;
-  const std::vector<Hypothesis> all = found_.hypotheses;  // they may become more
-  const double least = found_.hypotheses[found_.best].log_evidence - kReducedBehind;
-  for (const Hypothesis& h : all) {
-    if (!h.disqualified.empty() || !(h.log_evidence > least)) continue;
-    for (const std::string& effect : h.effects) {
-      for (const std::string& simpler : simpler_than(effect))
-        try_simpler(h, effect, simpler);
-    }
   }
 }
 

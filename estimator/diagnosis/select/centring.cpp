@@ -13,7 +13,6 @@
 #include "estimator/diagnosis/fit/internal/places_of_rest.hpp"
 #include "estimator/diagnosis/fit/internal/smoothing.hpp"
 #include "estimator/diagnosis/internal/motion_range.hpp"
-#include "estimator/diagnosis/noise/internal/first_fit.hpp"
 #include "estimator/diagnosis/select/internal/refits.hpp"
 #include "estimator/model/effects/catalogue.hpp"
 #include "estimator/model/effects/placed.hpp"
@@ -24,7 +23,6 @@ namespace {
 using Eigen::Index;
 
 constexpr PlacesOfRest kAnywhere{-1e12, 1e12};
-constexpr int kLongerWays = 3;  // times the steps of a fit
 
 bool rests_somewhere(const config::EffectSpec& line) {
   const Effect* effect = find_effect(line);
@@ -219,11 +217,7 @@ void Refits::centre(Hypothesis& h, std::size_t line) const {
   if (!is_fitted(h.fit->spec.effects[line]) && !rests_elsewhere(*h.fit, line, within)) return;
   FitOptions options = options_for(h.fit->spec);
   options.at_once = h.fit->at_once;
-  FreePlace free = with_free_place(*h.fit, line, within, data_, options);
-  // Place, stiffness and gas column share a long valley. Near noise its end is worth the way.
-  for (int more = 0; more < kLongerWays && !free.fit.converged && !is_far_above_noise(free.fit);
-       ++more)
-    free.fit = fit_harmonics(free.fit.spec, data_, free.fit.theta, &free.fit, options);
+  const FreePlace free = with_free_place(*h.fit, line, within, data_, options);
   if (!std::isfinite(free.fit.chi_squared)) return;
   const auto at = [&](std::optional<double> place) {
     return std::make_shared<const HarmonicFit>(fit_harmonics(

@@ -20,8 +20,7 @@
 namespace shaker::estimator::diagnosis {
 namespace {
 
-constexpr double kInterval = 2.0;        // standard errors
-constexpr double kRecentringGain = 5.0;  // of chi-squared: less is chance
+constexpr double kInterval = 2.0;  // standard errors
 constexpr int kMemorySteps = 60;
 constexpr int kQuickSteps = 8, kQuickShare = 4;  // of a look from another start: steps, points
 constexpr int kMemoryShare = 2;                  // of a way on a coarse grid: the points
@@ -264,20 +263,6 @@ Hypothesis Refits::again(const Hypothesis& known) const {
   if (std::isfinite(h.fit->chi_squared)) describe(h);
   narrow_as(known, h);
   return h;
-}
-
-bool Refits::recentred(Hypothesis& h) const {
-  if (h.rounded || h.effects.size() < 2) return false;
-  const std::size_t last = h.fit->spec.effects.size() - 1;  // centre() takes another fit
-  for (std::size_t line = first_added(); line < last; ++line) {
-    const double before = h.fit->chi_squared;
-    centre(h, line);
-    if (before - h.fit->chi_squared < kRecentringGain) continue;
-    judge(h);
-    describe(h);
-    return true;
-  }
-  return false;
 }
 
 void Refits::describe(Hypothesis& h) const {

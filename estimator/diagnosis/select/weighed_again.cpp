@@ -15,7 +15,6 @@ namespace {
 
 constexpr double kBetterGuide = 0.1;  // of chi-squared, that the best leaves at most
 constexpr double kHopeless = 100.0;   // of chi-squared a datum: other errors alone do not mend that
-constexpr double kGuideNearNoise = 3.0;  // root mean square of what is left, over the noise's
 
 const Hypothesis* admissible_best(const Selection& found) {
   if (found.best >= found.hypotheses.size()) return nullptr;
@@ -59,25 +58,12 @@ const Hypothesis* guide_of(const Selection& searched, const std::vector<RunDatum
   return better && !hopeless ? best : nullptr;
 }
 
-const Hypothesis* guide_near_noise(const Selection& by_gap, const std::vector<RunDatum>& data) {
-  const Hypothesis* best = admissible_best(by_gap);
-  if (best == nullptr) return nullptr;
-  const std::vector<RunDatum>& fitted = best->data ? *best->data : data;
-  double left = 0.0, noise = 0.0;
-  for (std::size_t r = 0; r < data.size(); ++r) {
-    if (data[r].role != Role::fit || data[r].quantity != Quantity::displacement) continue;
-    left += std::pow(root_mean_square(fitted[r].response - best->fit->predictions[r].value()), 2);
-    noise += std::pow(root_mean_square(data[r].error), 2);
-  }
-  return left < kGuideNearNoise * kGuideNearNoise * noise ? best : nullptr;
-}
-
 std::optional<WeighedAgain> explained_by_own_errors(
-    const Hypothesis* guide, const HarmonicFit& base, const std::vector<SteadyRun>& runs,
+    const Hypothesis& guide, const HarmonicFit& base, const std::vector<SteadyRun>& runs,
     const std::vector<RunDatum>& data, const std::vector<Candidate>& catalogue,
     const SelectionOptions& options, const std::function<void(double)>& progress, bool& cut_short) {
-  if (guide == nullptr || on_samples(data)) return std::nullopt;
-  HarmonicFit fit = copied(*guide, data, options.fit);
+  if (on_samples(data)) return std::nullopt;
+  HarmonicFit fit = copied(guide, data, options.fit);
   std::vector<RunDatum> own = weigh(runs, fit).data;
   for (RunDatum& datum : own)
     datum.budget = data.front().budget;
@@ -87,13 +73,13 @@ std::optional<WeighedAgain> explained_by_own_errors(
   std::move(more.begin(), more.end(), std::back_inserter(own));
   // Beside what is missing, the base model may not have shown that the runs' zeros differ.
   std::string differ;
-  if (const HarmonicFit there = copied(*guide, own, options.fit); there.predicts_all)
+  if (const HarmonicFit there = copied(guide, own, options.fit); there.predicts_all)
     differ = let_zeros_differ(there, base.spec.length_unit + "/s^2", own);
   if (data.front().own_zero > 0.0) differ.clear();  // it has been told
   HarmonicFit again = fit_harmonics(base.spec, own, base.theta, &base, options.fit);
   if (!again.trouble.empty()) return std::nullopt;
   SelectionOptions with_guide = options;
-  with_guide.known = guide;
+  with_guide.known = &guide;
   Selection found = select_effects(std::move(again), own, catalogue, with_guide, progress);
   cut_short = cut_short || found.cut_short;
   // Without all its competitors a name would look more certain than it is.

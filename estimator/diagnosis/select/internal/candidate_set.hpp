@@ -48,7 +48,6 @@ class CandidateSet {
  private:
   bool any_best();
   void narrow_rivals();
-  void try_simpler_rivals();
   void prefer_simpler();
   bool gives_way(const Hypothesis& best, const std::string& effect, const std::string& special);
   void try_simpler(const Hypothesis& best, const std::string& effect, const std::string& special);

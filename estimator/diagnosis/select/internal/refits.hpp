@@ -46,9 +46,6 @@ class Refits {
   Hypothesis again(const Hypothesis& known) const;
   // Computes evidence and cross-validation of the present fit.
   void describe(Hypothesis& h) const;
-  // Fits the rest position of an added force again after other effects have joined it. Returns
-  // false if there is none, or if it gains nothing.
-  bool recentred(Hypothesis& h) const;
   // Refits with smoothing as narrow as finer grids allow, or as wide as the data show. Gives up
   // early if that cannot lead below a chi-squared of `hopeless`. Returns false if there is no
   // corner, or if finer grids change nothing or do not converge.

@@ -22,17 +22,15 @@ struct WeighedAgain {
   std::string differ;          // what it tells of the runs' zeros; empty: nothing new
 };
 
-// Return a hypothesis that is a better guide than the base model, or null. The first takes the best
-// of a search that explains nothing, if it closes most of the gap; the second that of a search by
-// shares of the gap, if it leaves no more than a few times the noise of `data`.
+// Returns a hypothesis that is a better guide than the base model, or null: the best of a search that
+// explains nothing, if it closes most of the gap.
 const Hypothesis* guide_of(const Selection& searched, const std::vector<RunDatum>& data);
-const Hypothesis* guide_near_noise(const Selection& by_gap, const std::vector<RunDatum>& data);
 
 // Repeats the search with the errors from `guide`, with the guide among its hypotheses and with the
-// same test. Empty if that explains nothing either. `guide` may be null. `base`: the fit of the
-// base model to `data`, which are the data of `runs`. Sets `cut_short` if the search was.
+// same test. Empty if that explains nothing either. `base`: the fit of the base model to `data`,
+// which are the data of `runs`. Sets `cut_short` if the search was.
 std::optional<WeighedAgain> explained_by_own_errors(
-    const Hypothesis* guide, const HarmonicFit& base, const std::vector<SteadyRun>& runs,
+    const Hypothesis& guide, const HarmonicFit& base, const std::vector<SteadyRun>& runs,
     const std::vector<RunDatum>& data, const std::vector<Candidate>& catalogue,
     const SelectionOptions& options, const std::function<void(double)>& progress, bool& cut_short);
 

@@ -83,7 +83,7 @@ TEST(WeighedAgain, KeepsToTheChannelsThatTheBaseModelWasFittedTo) {
     EXPECT_EQ(same[k].quantity, Quantity::damper_force);
   bool cut_short = false;
   const auto again = explained_by_own_errors(
-      &guide, fit, runs, data, {}, {}, [](double) {}, cut_short);
+      guide, fit, runs, data, {}, {}, [](double) {}, cut_short);
   EXPECT_FALSE(cut_short);
   ASSERT_TRUE(again);
   EXPECT_EQ(again->data.size(), runs.size());
