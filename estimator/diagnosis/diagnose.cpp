@@ -239,7 +239,7 @@ Result<Diagnosis> diagnose_records(const Campaign& campaign, const config::Model
   if (auto good = above_noise(runs->data, motions, unit, runs->warnings); !good)
     return good.error();
   const auto catalogue = shown_by_transients(
-      tried_by(options, model, range, campaign, runs->data, runs->warnings), model, runs->by_force);
+      tried_by(options, model, range, campaign, runs->data, runs->warnings), model, *runs);
   SelectionOptions selection = selection_for(options, fitting, campaign);
   selection.draws = std::min(options.draws, kRecordDraws);
   progress("scoring the catalogue", 0.2);

@@ -245,9 +245,15 @@ bool shown_by_forces(const Candidate& candidate, const config::ModelSpec& spec) 
   return not_shown(candidate, spec, true).empty();
 }
 
-Catalogue shown_by_transients(Catalogue all, const config::ModelSpec& spec, bool by_force) {
+Catalogue shown_by_transients(Catalogue all, const config::ModelSpec& spec,
+                              const TransientRuns& runs) {
+  const bool shaken = std::ranges::any_of(
+      runs.data, [](const RunDatum& run) { return !run.sampled->excitation.isZero(0.0); });
   std::erase_if(all.tried, [&](const Candidate& candidate) {
-    std::string reason = not_shown(candidate, spec, by_force);
+    std::string reason = not_shown(candidate, spec, runs.by_force);
+    const Instrument* instrument = candidate.effect->instrument();
+    if (reason.empty() && !shaken && instrument != nullptr && instrument->sees_load())
+      reason = "free motions hardly tell it from another start";
     if (reason.empty()) return false;
     all.not_tried.push_back({candidate.name(), std::move(reason)});
     return true;

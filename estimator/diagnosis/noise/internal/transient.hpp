@@ -53,6 +53,7 @@ Result<void> use_repetitions(TransientRuns& runs, const HarmonicFit& fit);
 // True if the forces along a measured motion show the effect.
 bool shown_by_forces(const Candidate& candidate, const config::ModelSpec& model);
 // Removes the effects that a run without a period cannot show, and lists them in `not_tried`.
-Catalogue shown_by_transients(Catalogue all, const config::ModelSpec& model, bool by_force);
+Catalogue shown_by_transients(Catalogue all, const config::ModelSpec& model,
+                              const TransientRuns& runs);
 
 }  // namespace shaker::estimator::diagnosis
