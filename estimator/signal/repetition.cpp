@@ -134,7 +134,7 @@ bool still_settles(const Cycles& cycles, int periods) {
                  scatter_above_rounding(part_of(cycles, cycles.count() - half, half), periods);
 }
 
-// One row for each cycle: its Fourier coefficients.
+// A row for each cycle: its Fourier sums. Their size does not matter to the test of the transient.
 Eigen::MatrixXd harmonics_of(const Cycles& cycles) {
   const auto n = static_cast<Eigen::Index>(cycles.points);
   const Eigen::Index terms = 2 * std::min(kMaxHarmonics, (n - 1) / 2) + 1;
