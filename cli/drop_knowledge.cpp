@@ -1,10 +1,12 @@
 #include "cli/drop_knowledge.hpp"
 
-#include <cmath>
+#include <algorithm>
 #include <fstream>
+#include <iterator>
 #include <limits>
 #include <stdexcept>
 
+#include <Eigen/Core>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -12,9 +14,8 @@
 #include "cli/estimation_input.hpp"
 #include "cli/opened_campaign.hpp"
 #include "config/model.hpp"
-#include "estimator/fit/run_comparison.hpp"
-#include "estimator/inference/second_order.hpp"
-#include "estimator/model/run_models.hpp"
+#include "estimator/estimate.hpp"
+#include "estimator/model/mean_of_runs.hpp"
 #include "report/estimate_document.hpp"
 
 namespace shaker::cli {
@@ -56,17 +57,11 @@ Result<KnownBefore> fitted_now(const DropOptions& options, DropKnowledge& out) {
   if (!data) return data.error();
   KnownBefore known;
   known.spec = std::move(data->model);
-  if (auto why = estimator::taken_as_one(known.spec, "a drop without a diagnosis"); !why.empty())
-    out.warnings.push_back(std::move(why));
-  const estimator::Model model(known.spec);
-  estimator::Estimator fitted(model, std::move(data->runs));
-  const auto& fit = fitted.fit(model.start());
-  if (fit.status == estimator::FitStatus::no_solution)
-    return Error{ErrorKind::not_converged, fit.trouble};
-  const auto motion = estimator::motion_of_runs(fitted, model);
-  out.fastest = motion.fastest;
-  out.deepest = motion.deepest;
-  known.estimate = report::to_document(estimator::published(fitted, model));
+  const auto found = estimator::estimate(known.spec, std::move(data->runs));
+  if (!found) return found.error();
+  out.fastest = found->fastest;
+  out.deepest = found->deepest;
+  known.estimate = report::to_document(found->estimate);
   return known;
 }
 
@@ -91,27 +86,78 @@ Result<KnownBefore> known_before(const DropOptions& options, DropKnowledge& out)
   return known;
 }
 
-// The rows and columns `rows` of the estimate's covariance, where all of them are numbers.
-void take_covariance(const protocol::EstimateDocument& estimate,
-                     const std::vector<std::size_t>& rows, DropKnowledge& out) {
+// A parameter of an estimate at its place in the model file: theta2[r01] is theta2 in one run.
+std::optional<estimator::ModelNumber> place_of(const std::string& name,
+                                               const estimator::Model& model) {
+  const auto& parameters = model.parameters();
+  const auto called = [&](const std::string& what) {
+    return std::find_if(parameters.begin(), parameters.end(),
+                        [&](const auto& parameter) { return parameter.name == what; });
+  };
+  auto found = called(name);
+  if (found == parameters.end()) found = called(name.substr(0, name.rfind('[')));
+  if (found == parameters.end()) return std::nullopt;
+  return estimator::numbers_of(model)[static_cast<std::size_t>(found - parameters.begin())];
+}
+
+// Sets the model's numbers to the estimate's values.
+void take_values(const protocol::EstimateDocument& estimate, const estimator::Model& model,
+                 config::ModelSpec& spec) {
+  std::vector<estimator::ModelNumber> places;
+  std::vector<double> values;
+  for (const auto& entry : estimate.parameters) {
+    const auto place = place_of(entry.name, model);
+    if (!place) continue;
+    places.push_back(*place);
+    values.push_back(entry.value);
+  }
+  const auto mean = estimator::mean_of_runs(places, values);
+  for (std::size_t n = 0; n < mean.numbers.size(); ++n)
+    estimator::set_value(spec, mean.numbers[n], mean.values[n]);
+  const auto all = estimator::numbers_of(model);
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    const bool met = std::any_of(places.begin(), places.end(), [&](const auto& place) {
+      return place.line == all[k].line && place.symbol == all[k].symbol;
+    });
+    if (!met)
+      throw std::invalid_argument(
+          fmt::format("the estimate has no parameter {}; is it one of model '{}'?",
+                      model.parameters()[k].name, model.name()));
+  }
+}
+
+// Takes the covariance of the numbers that the model has, where all of it are numbers.
+void take_covariance(const protocol::EstimateDocument& estimate, const estimator::Model& model,
+                     DropKnowledge& out) {
+  std::vector<estimator::ModelNumber> places;
+  std::vector<double> values;
+  std::vector<Eigen::Index> rows;
+  for (std::size_t i = 0; i < estimate.covariance_order.size(); ++i) {
+    const std::string& name = estimate.covariance_order[i];
+    const auto place = place_of(name, model);
+    if (!place) continue;
+    const auto entry = std::find_if(estimate.parameters.begin(), estimate.parameters.end(),
+                                    [&](const auto& p) { return p.name == name; });
+    if (entry == estimate.parameters.end()) continue;
+    places.push_back(*place);
+    values.push_back(entry->value);
+    rows.push_back(static_cast<Eigen::Index>(i));
+  }
   estimator::DamperHypothesis& h = out.hypothesis;
-  const std::size_t size = estimate.covariance_order.size();
-  bool finite =
-      !rows.empty() && estimate.covariance.size() == size * size && estimate.degrees_of_freedom > 0;
-  for (const std::size_t i : rows) {
-    for (const std::size_t k : rows) {
-      if (!finite) break;
-      h.covariance.push_back(estimate.covariance[i * size + k]);
-      finite = std::isfinite(h.covariance.back());
+  h.degrees_of_freedom = static_cast<double>(estimate.degrees_of_freedom);
+  const auto size = static_cast<Eigen::Index>(estimate.covariance_order.size());
+  if (!rows.empty() && std::ssize(estimate.covariance) == size * size && h.degrees_of_freedom > 0) {
+    const Eigen::Map<const Eigen::MatrixXd> all(estimate.covariance.data(), size, size);
+    const auto mean = estimator::mean_of_runs(places, values);
+    const Eigen::MatrixXd v = mean.covariance(all(rows, rows));
+    if (v.allFinite()) {
+      h.numbers = mean.numbers;
+      h.covariance.assign(v.data(), v.data() + v.size());
     }
   }
-  if (!finite) {
-    h.numbers.clear();
-    h.covariance.clear();
+  if (h.covariance.empty())
     out.warnings.push_back(
         "the estimate has no covariance (parameters that its data do not determine): no band");
-  }
-  h.degrees_of_freedom = static_cast<double>(estimate.degrees_of_freedom);
   if (!estimate.usable) out.warnings.push_back("the estimate says of itself that it is not usable");
 }
 
@@ -121,41 +167,14 @@ void take_estimate(const KnownBefore& known, DropKnowledge& out) {
   estimator::DamperHypothesis& h = out.hypothesis;
   h.model = known.spec;
   h.probability = 1.0;
-  const auto& estimate = known.estimate;
-  if (estimate.parameters.empty()) {
+  if (known.estimate.parameters.empty()) {
     out.warnings.push_back(
         "no estimate was given: these are the model file's start values, and there is no band");
     return;
   }
   const estimator::Model model(known.spec);
-  const auto places = estimator::numbers_of(model);
-  const auto index_of = [&](const std::string& name) {
-    for (std::size_t k = 0; k < places.size(); ++k) {
-      if (model.parameters()[k].name == name) return static_cast<int>(k);
-    }
-    return -1;
-  };
-  std::vector<char> met(places.size(), 0);
-  for (const auto& entry : estimate.parameters) {
-    const int at = index_of(entry.name);
-    if (at < 0) continue;
-    estimator::set_value(h.model, places[static_cast<std::size_t>(at)], entry.value);
-    met[static_cast<std::size_t>(at)] = 1;
-  }
-  for (std::size_t k = 0; k < places.size(); ++k) {
-    if (!met[k])
-      throw std::invalid_argument(
-          fmt::format("the estimate has no parameter {}; is it one of model '{}'?",
-                      model.parameters()[k].name, model.name()));
-  }
-  std::vector<std::size_t> rows;
-  for (std::size_t i = 0; i < estimate.covariance_order.size(); ++i) {
-    const int at = index_of(estimate.covariance_order[i]);
-    if (at < 0) continue;
-    rows.push_back(i);
-    h.numbers.push_back(places[static_cast<std::size_t>(at)]);
-  }
-  take_covariance(estimate, rows, out);
+  take_values(known.estimate, model, h.model);
+  take_covariance(known.estimate, model, out);
 }
 
 }  // namespace

@@ -108,6 +108,9 @@ Result<RunsEstimate> estimate(const config::ModelSpec& spec, std::vector<RunData
                 fitted.sentence()};
   out.in_runs = values_in_runs(*models, conditions_of(runs), out.estimate);
   out.pin = pin_areas(spec, out.estimate);
+  const MotionOfRuns motion = motion_of_runs(fitted.estimator(), model);
+  out.fastest = motion.fastest;
+  out.deepest = motion.deepest;
   return out;
 }
 

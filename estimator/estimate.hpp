@@ -58,6 +58,10 @@ struct RunsEstimate {
   std::optional<Posterior> sampled;    ///< if the posterior was asked for
   std::vector<ValueInRun> in_runs;     ///< parameters that differ from run to run
   std::vector<AreaAtKnot> pin;         ///< of a metering pin's table
+  /// Of the fit: the largest speed and stroke, in the model's units.
+  /// @{
+  double fastest = 0.0, deepest = 0.0;
+  /// @}
   /// The grid of the final fit.
   struct Grid {
     int points = 0;        ///< in a period

@@ -16,9 +16,9 @@ constexpr int kHistoryDraws = 300;  // of all parts together
 constexpr int kFewestHistoryDraws = 25;
 constexpr int kMostRedraws = 200;
 constexpr int kFewestExactDraws = 15;
-// Degrees of freedom of the draws: standard errors from a dozen cycles are not surer, whatever their
-// pooled count says. With this the blind suite's intervals hold (docs/drop_coverage.md).
-constexpr double kMostFreedom = 10.0;
+// Degrees of freedom of the draws, at most: those of one harmonic, cosine and sine, of a dozen cycles,
+// whatever the count over all harmonics says. docs/drop_coverage.md has how often intervals hold.
+constexpr double kMostFreedom = 22.0;
 
 // The quadratic goes on beyond what a figure can be, and a random force may push where no damper
 // can. What has no value (NaN) keeps none.

@@ -24,8 +24,8 @@ std::vector<RecordCase> some_nulls() {
   const auto take = [&](RecordNoise noise, int count, double seconds) {
     for (RecordCase wanted : record_nulls(30)) {
       if (wanted.noise != noise || count-- <= 0) continue;
+      wanted.seconds = kSanitized ? seconds / 2.0 : seconds;
       if (kSanitized) count = 0;
-      wanted.seconds = seconds;
       some.push_back(wanted);
     }
   };

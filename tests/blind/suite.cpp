@@ -97,11 +97,30 @@ std::vector<Case> all_cases(int nulls) {
   return cases;
 }
 
-diagnosis::Campaign recorded(const sim::CampaignRecording& plan) {
+namespace {
+
+// The record of a run. Where the rig trips (the damper bottomed), the run is recorded again with a
+// lower amplitude, as the operator is told to do.
+sim::Record record_below_the_trip(sim::CampaignRecording& plan, std::size_t run) {
+  constexpr double kLower = 0.8;  // of the amplitude
+  constexpr int kMostTries = 4;
+  for (int tries = 1;; ++tries) {
+    try {
+      return sim::record_run(plan, run);
+    } catch (const std::runtime_error&) {
+      if (tries == kMostTries) throw;
+      plan.runs[run].amplitude *= kLower;
+    }
+  }
+}
+
+}  // namespace
+
+diagnosis::Campaign recorded(sim::CampaignRecording plan) {
   diagnosis::Campaign campaign;
   campaign.name = "blind";
   for (std::size_t r = 0; r < plan.runs.size(); ++r) {
-    auto record = sim::record_run(plan, r);
+    auto record = record_below_the_trip(plan, r);
     diagnosis::Recording run;
     run.name = plan.runs[r].name;
     run.role = plan.runs[r].held_out ? diagnosis::Role::held_out : diagnosis::Role::fit;

@@ -53,8 +53,9 @@ double processor_seconds();
 // The model of a file in config/examples. Throws std::runtime_error when it cannot be read.
 config::ModelSpec base_model(const std::string& example);
 
-// The records of the virtual rig, in the form that the diagnosis takes.
-estimator::diagnosis::Campaign recorded(const sim::CampaignRecording& plan);
+// The records of the virtual rig, in the form that the diagnosis takes. A run at which the rig trips
+// has a lower amplitude than planned.
+estimator::diagnosis::Campaign recorded(sim::CampaignRecording plan);
 
 // Diagnoses records with the base model of an example ("model-oleo.json").
 Answer asked(const estimator::diagnosis::Campaign& campaign, const std::string& example,

@@ -220,7 +220,7 @@ class Rules(Scratch):
         self.assertEqual(result.returncode, 0, result.stderr)
         served = json.loads(result.stdout)["servicing"]
         self.assertEqual(len(served["corners"]), 4)
-        half = 2.228 * error  # Student's t of ten degrees of freedom, at 97.5 %
+        half = 2.074 * error  # Student's t of 22 degrees of freedom, at 97.5 %
         strokes = []
         for corner in served["corners"]:
             figures = {f["name"]: f for f in corner["figures"]}

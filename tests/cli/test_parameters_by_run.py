@@ -5,6 +5,7 @@ import json
 import math
 import random
 import sqlite3
+import statistics
 import subprocess
 import unittest
 
@@ -145,6 +146,24 @@ class ParametersByRun(Scratch):
             for p in json.loads(result.stdout)["parameters"]:
                 truth = STIFFNESS.get(p["name"][2:5], C)
                 self.assertAlmostEqual(p["value"], truth, delta=5 * p["standard_error"], msg=p["name"])
+
+    def test_a_drop_without_a_diagnosis_is_one_more_run(self):
+        folder, _ = self.campaign()
+        model = self.spring_model(per="run")
+
+        def peak(k):
+            damped = math.sqrt(k - C ** 2 / 4)
+            return 2 / math.sqrt(k) * math.exp(-C / 2 / damped * math.atan2(damped, C / 2))
+        mean = statistics.mean(STIFFNESS.values())
+        scatter = statistics.stdev(STIFFNESS.values())
+        slope = (peak(mean + 1) - peak(mean - 1)) / 2
+        estimate = self.write("estimate.json", json.dumps(self.estimate(folder, model)))
+        for source in (("--campaign", folder), ("--estimate", estimate)):
+            result = run("drop", *source, "--model", model, "--sink-speed", 2, "--json")
+            self.assertEqual(result.returncode, 0, result.stderr)
+            figures = {f["name"]: f for f in json.loads(result.stdout)["figures"]}
+            self.assertAlmostEqual(figures["peak_stroke"]["value"] / peak(mean), 1, delta=1e-3)
+            self.assertAlmostEqual(figures["peak_stroke"]["standard_error"] / abs(slope * scatter), 1, delta=0.02)
 
     def test_bad_input_gets_one_sentence(self):
         folder, _ = self.campaign()

@@ -15,6 +15,7 @@
 #include "estimator/diagnosis/report/internal/estimates.hpp"
 #include "estimator/diagnosis/select/internal/centring.hpp"
 #include "estimator/model/effects/scaled.hpp"
+#include "estimator/model/mean_of_runs.hpp"
 
 namespace shaker::estimator::diagnosis {
 namespace {
@@ -29,58 +30,33 @@ constexpr double kLeastUnnamed = 0.02;       // of probability: no campaign rule
 constexpr int kVisitedCells = 24;            // of the stroke and of the velocity
 constexpr double kLeastUnnamedForce = 1e-9;  // of the force
 
-// The free parameters as numbers of the damper. The values of a parameter per run or group are one
-// number, their mean.
-struct FreeNumbers {
-  std::vector<ModelNumber> numbers;
-  MatrixXd mean;            // numbers x free parameters
-  Eigen::VectorXd scatter;  // variance of the values: a drop is one more run
-};
-
-FreeNumbers free_numbers(const HarmonicFit& fit) {
+// The free parameters as numbers of the damper.
+MeanOfRuns free_numbers(const HarmonicFit& fit) {
   const auto places = numbers_of(*fit.model);
-  std::map<std::pair<std::size_t, std::string>, std::vector<Index>> members;
-  FreeNumbers out;
-  for (std::size_t i = 0; i < fit.free.size(); ++i) {
-    const ModelNumber& place = places[static_cast<std::size_t>(fit.free[i])];
-    auto& of_one = members[{place.line, place.symbol}];
-    if (of_one.empty()) out.numbers.push_back(place);
-    of_one.push_back(static_cast<Index>(i));
+  std::vector<ModelNumber> free;
+  std::vector<double> values;
+  for (const int i : fit.free) {
+    free.push_back(places[static_cast<std::size_t>(i)]);
+    values.push_back(fit.theta[static_cast<std::size_t>(i)]);
   }
-  const auto size = static_cast<Index>(out.numbers.size());
-  out.mean = MatrixXd::Zero(size, static_cast<Index>(fit.free.size()));
-  out.scatter = Eigen::VectorXd::Zero(size);
-  for (Index n = 0; n < size; ++n) {
-    const ModelNumber& number = out.numbers[static_cast<std::size_t>(n)];
-    const auto& of_one = members[{number.line, number.symbol}];
-    const auto count = static_cast<double>(of_one.size());
-    double sum = 0.0, squares = 0.0;
-    for (const Index i : of_one) {
-      out.mean(n, i) = 1.0 / count;
-      const double value =
-          fit.theta[static_cast<std::size_t>(fit.free[static_cast<std::size_t>(i)])];
-      sum += value;
-      squares += value * value;
-    }
-    if (count > 1.0) out.scatter[n] = std::max(0.0, squares - sum * sum / count) / (count - 1.0);
-  }
-  return out;
+  return mean_of_runs(free, values);
 }
 
 // Free parameters, then the constants that were fitted beside them, which bend the parameters.
 void put_covariance(const HarmonicFit& fit, const std::vector<FittedConstant>& constants,
                     double scale, DamperHypothesis& out) {
-  const FreeNumbers free = free_numbers(fit);
+  const MeanOfRuns free = free_numbers(fit);
   const auto q = static_cast<Index>(free.numbers.size());
   const Index size = q + static_cast<Index>(constants.size());
   MatrixXd v = MatrixXd::Zero(size, size);
-  v.topLeftCorner(q, q) = free.mean * fit.covariance * free.mean.transpose();
+  v.topLeftCorner(q, q) = free.weight * fit.covariance * free.weight.transpose();
   out.numbers = free.numbers;
   for (std::size_t c = 0; c < constants.size(); ++c) {
     const FittedConstant& constant = constants[c];
     out.numbers.push_back({constant.line, constant.symbol, true});
     Eigen::VectorXd along = Eigen::VectorXd::Zero(size);
-    if (constant.bends.size() == fit.covariance.rows()) along.head(q) = free.mean * constant.bends;
+    if (constant.bends.size() == fit.covariance.rows())
+      along.head(q) = free.weight * constant.bends;
     along[q + static_cast<Index>(c)] = 1.0;
     along *= constant.standard_error;
     v += along * along.transpose();

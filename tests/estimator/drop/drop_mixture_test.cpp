@@ -45,9 +45,9 @@ TEST(DropMixture, OfOneHypothesisIsTheImageOfItsParameter) {
   IdentifiedDamper damper;
   damper.hypotheses = {oscillator_with(2.0, 0.1)};
   const auto drop = predicted(damper);
-  // Student's t of ten degrees of freedom, at 97.5 %.
-  EXPECT_NEAR(drop.bands[kPeakStroke].lower, peak_stroke(2.0 + 2.228 * 0.1), 1e-4);
-  EXPECT_NEAR(drop.bands[kPeakStroke].upper, peak_stroke(2.0 - 2.228 * 0.1), 1e-4);
+  // Student's t of 22 degrees of freedom, at 97.5 %.
+  EXPECT_NEAR(drop.bands[kPeakStroke].lower, peak_stroke(2.0 + 2.074 * 0.1), 1e-4);
+  EXPECT_NEAR(drop.bands[kPeakStroke].upper, peak_stroke(2.0 - 2.074 * 0.1), 1e-4);
   EXPECT_NEAR(drop.bands[kPeakStroke].linear_lower, peak_stroke(2.0 + 1.96 * 0.1), 1e-4);
 }
 
@@ -59,7 +59,7 @@ TEST(DropMixture, HasABandForEveryCurve) {
   const auto& h = drop.run.history;
   ASSERT_GT(band.t.size(), 50u);
   for (std::size_t i = 1; i < band.t.size(); ++i) {
-    // Student's t of ten degrees of freedom, at 97.5 %, by the closed form's derivative over c.
+    // Student's t of 22 degrees of freedom, at 97.5 %, by the closed form's derivative over c.
     const auto motion = [&](double c, bool speed) {
       const double decay = 0.5 * c, damped = std::sqrt(100.0 - decay * decay);
       const double wave = std::sin(damped * band.t[i]) / damped;
@@ -68,7 +68,7 @@ TEST(DropMixture, HasABandForEveryCurve) {
     };
     for (const bool speed : {false, true}) {
       const double slope = (motion(2.01, speed) - motion(1.99, speed)) / 0.02;
-      const double half = 2.228 * 0.05 * std::fabs(slope);
+      const double half = 2.074 * 0.05 * std::fabs(slope);
       const double width = speed ? band.speed_upper[i] - band.speed_lower[i]
                                  : band.stroke_upper[i] - band.stroke_lower[i];
       EXPECT_NEAR(0.5 * width, half, 0.35 * half + 1e-6) << band.t[i];

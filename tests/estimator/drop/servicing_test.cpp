@@ -128,9 +128,9 @@ TEST(ServicingBand, ScalesWhatIsUncertainOfTheGas) {
   auto found = servicing_envelope(damper.hypotheses[0].model, conditions, ranges, {kLoadFigure});
   ASSERT_TRUE(found.ok()) << found.error().what;
   add_bands(*found, damper, conditions, ranges);
-  // Student's t of ten degrees of freedom, at 97.5 %.
+  // Student's t of 22 degrees of freedom, at 97.5 %.
   for (const ServicingBand& corner : found->corners) {
-    const double half = 2.228 * 0.05 * corner.state.charge;
+    const double half = 2.074 * 0.05 * corner.state.charge;
     EXPECT_NEAR(corner.figures[0].value, 144.0 + 1.5 * corner.state.charge, 1e-6);
     EXPECT_NEAR(0.5 * (corner.figures[0].upper - corner.figures[0].lower), half, 0.05 * half);
   }
