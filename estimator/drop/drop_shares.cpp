@@ -79,19 +79,6 @@ bool sees_stroke(const config::EffectSpec& line, int observed) {
   return line.sees.empty() || (at < line.sees.size() && line.sees[at] != 0.0);
 }
 
-bool in_series(const config::EffectSpec& line) {
-  const Effect* effect = find_effect(line);
-  return effect != nullptr && effect->in_series();
-}
-
-// The damper's own stroke behind a part in series; -1: there is none.
-int own_stroke_of(const Model& model) {
-  for (int c = 1; c < model.coordinates(); ++c) {
-    if (model.coordinate_name(c).ends_with(".damper")) return c;
-  }
-  return -1;
-}
-
 // What the balances of a model differ by from those without a line: its force.
 std::vector<double> force_in(const std::vector<double>& with, const std::vector<double>& without,
                              double factor) {
@@ -112,8 +99,8 @@ void add(std::vector<double>& sum, const std::vector<double>& more) {
 std::vector<EffectShare> loads_of_lines(const config::ModelSpec& spec, const Model& model,
                                         const BalancesAlongPath& path, const DropHistory& h,
                                         std::size_t end) {
-  const int own = own_stroke_of(model);
-  const auto joint = std::ranges::find_if(spec.effects, in_series);
+  const int own = model.coordinate_in_series();
+  const auto joint = std::ranges::find_if(spec.effects, is_in_series);
   const double acts =
       joint == spec.effects.end() || joint->acts.empty() ? 1.0 : joint->acts.front();
   std::vector<double> own_speed, transmitted;
@@ -124,7 +111,7 @@ std::vector<EffectShare> loads_of_lines(const config::ModelSpec& spec, const Mod
   for (std::size_t line = 0; with && line < kinds.size(); ++line) {
     const config::EffectSpec& effect = spec.effects[line];
     if (kinds[line] != LineKind::load || !sees_stroke(effect, model.observed()) ||
-        in_series(effect))
+        is_in_series(effect))
       continue;
     const auto without = path.of(Model(without_force_of(spec, line)));
     if (!without) continue;

@@ -143,6 +143,8 @@ class Model {
   const std::string& coordinate_name(int coordinate) const {
     return coordinate_names_[static_cast<std::size_t>(coordinate)];
   }
+  /// \return index of the damper's own stroke, behind a part in series; -1 where there is none
+  int coordinate_in_series() const { return coordinate_in_series_; }
   /// Start value of a search for the equilibrium: 0 except for some internal coordinates.
   /// \param coordinate index from 0
   /// \return the start value
@@ -271,6 +273,7 @@ class Model {
   std::vector<int> order_;
   std::vector<double> rest_;
   std::vector<std::string> coordinate_names_;
+  int coordinate_in_series_ = -1;
   std::vector<double> mass_;        // s*s
   std::vector<double> excitation_;  // s
 };

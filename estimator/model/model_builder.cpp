@@ -340,6 +340,7 @@ void ModelBuilder::add_series_coordinate() {
   model_.order_.push_back(1);
   model_.rest_.push_back(0.0);
   model_.coordinate_names_.push_back(std::string(series->effect->name()) + ".damper");
+  model_.coordinate_in_series_ = static_cast<int>(s);
   const auto sees = series->sees, acts = series->acts;
   for (Model::Term& term : model_.terms_) {
     const bool carried =
@@ -351,8 +352,7 @@ void ModelBuilder::add_series_coordinate() {
     term.sees.push_back(carried ? 1.0 : 0.0);
     term.acts.push_back(carried ? 1.0 : 0.0);
   }
-  series->sees.back() = -1.0;
-  series->acts.back() = -1.0;
+  series->sees.back() = series->acts.back() = -1.0;
 }
 
 void ModelBuilder::add_internal_coordinates() {

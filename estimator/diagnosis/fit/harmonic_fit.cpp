@@ -32,7 +32,8 @@ constexpr double kLeastCurvature = 1e-14;  // of the unit diagonal: what the dat
 constexpr double kStraight = 0.75;         // of what a step promised: the valley bends little
 constexpr double kUnderstated = 1.25;      // of what a step promised: longer ones may win more
 constexpr int kMaxDoublings = 5;           // of a step
-constexpr int kSmallSteps = 3, kMostRefused = 12;  // one after the other
+constexpr int kSmallSteps = 3, kMostRefused = 12, kHopelessSteps = 10;  // one after the other
+constexpr double kComesNearer = 0.5;  // of chi-squared, left by hopeless steps that go on
 
 // The step of (gram + lambda diag) step = gradient inside the box.
 VectorXd box_step(const HarmonicFit& fit, const NormalEquations& n, const VectorXd& gradient,
@@ -182,6 +183,8 @@ struct Minimisation {
   bool refused = false;            // the step before was taken back
   bool straight = false;           // the step won what it promised
   int small = 0;                   // steps, one after the other, that won a trifle
+  int beyond = 0;                  // steps, one after the other, that promised nothing of use
+  double beyond_from = 0.0;        // chi-squared where these began
 
   HowFar search() const { return options.from_rest ? HowFar::from_rest : HowFar::near; }
 
@@ -189,12 +192,20 @@ struct Minimisation {
     lambda = damping;
     whole = box_step(fit, now, now.gradient, fit.theta, 0.0);
     gain = promised(now, whole);
-    if (!std::isfinite(gain)) return false;
+    if (!std::isfinite(gain) || is_hopeless()) return false;
     // Where the model is far off, no more can be asked than the prediction is exact to.
     exact = now.chi_squared * (is_far(fit, now.chi_squared) ? kExactFar : kExact);
     trifle = std::max({kMaxNegligibleGain, exact, options.tolerance});
     step = lambda > 0.0 ? box_step(fit, now, now.gradient, fit.theta, lambda) : whole;
     return true;
+  }
+
+  // Near a minimum a step promises what it wins. Far from it, one that wins much goes on.
+  bool is_hopeless() {
+    if (now.chi_squared < kComesNearer * beyond_from) beyond = 0;
+    if (beyond == 0) beyond_from = now.chi_squared;
+    beyond = now.chi_squared - gain > options.hopeless ? beyond + 1 : 0;
+    return fit.given_up = beyond > kHopelessSteps;
   }
 
   bool converged_before_step() const {
@@ -361,7 +372,8 @@ HarmonicFit fit_however_long(const config::ModelSpec& spec, const std::vector<Ru
     fit.converged = false;
     fit.trouble = fmt::format("{}: a held-out run has no {}", spec.name, solution_of(data));
   } else if (!fit.converged) {
-    fit.trouble = fmt::format("{}: the fit did not settle in {} steps", spec.name, fit.iterations);
+    fit.trouble = fmt::format("{}: the fit did not settle in {} steps{}", spec.name, fit.iterations,
+                              fit.given_up ? ", nor came anywhere near what others leave" : "");
   }
   for (Prediction& prediction : fit.predictions)
     prediction.rest();

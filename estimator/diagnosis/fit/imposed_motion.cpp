@@ -39,7 +39,7 @@ ImposedMotion::ImposedMotion(const Model& model, double frequency_hz, const Vect
   a_ = synthesised(acceleration, n_);
   force_.resize(n_);
   slope_.resize(n_, p_);
-  if (parts_in_series(model)) {
+  if (model.coordinate_in_series() >= 0) {
     integrator_ = std::make_unique<MotionIntegrator>(
         model, Motion{1.0 / (frequency_ * n_), u_, v_, a_, VectorXd(), true}, false);
     return;

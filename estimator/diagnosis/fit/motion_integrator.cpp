@@ -20,11 +20,6 @@ constexpr int kMostCorrections = 12;  // of a block; step by step it costs about
 constexpr int kLaps = 2;              // of a cycle: the first forgets how it began
 constexpr double kRepeated = 1e-9;    // of a coordinate, from cycle to cycle
 
-// The coordinate's name says so.
-bool in_series(const Model& model, int coordinate) {
-  return model.coordinate_name(coordinate).ends_with(".damper");
-}
-
 // right = slope^-1 right, both with a row for each carried coordinate, row after row; `slope` is
 // destroyed. Gauss with row exchanges: the matrices are too small for a library. kSize: their size,
 // or 0 for any.
@@ -60,13 +55,6 @@ void divide(int any_size, double* slope, double* right, int columns) {
 
 }  // namespace
 
-bool parts_in_series(const Model& model) {
-  for (int c = 1; c < model.coordinates(); ++c) {
-    if (in_series(model, c)) return true;
-  }
-  return false;
-}
-
 bool can_be_carried(const Model& model) {
   if (model.mechanical() != 1) return false;
   for (int c = 1; c < model.coordinates(); ++c) {
@@ -77,7 +65,7 @@ bool can_be_carried(const Model& model) {
 
 MotionIntegrator::MotionIntegrator(const Model& model, Motion motion, bool inertia)
     : model_(&model),
-      steps_between_(parts_in_series(model) ? 2 : 1),
+      steps_between_(model.coordinate_in_series() >= 0 ? 2 : 1),
       motion_(steps_between_ == 1 ? std::move(motion) : halved(motion)),
       inertia_(inertia),
       n_(static_cast<int>(motion_.u.size())),
@@ -99,7 +87,7 @@ MotionIntegrator::MotionIntegrator(const Model& model, Motion motion, bool inert
   first_.resize(q_);
   for (int d = 0; d < q_; ++d) {
     // What is joined in series begins where the motion does.
-    first_[d] = in_series(model, d + 1) ? motion_.u[0] : model.rest(d + 1);
+    first_[d] = d + 1 == model.coordinate_in_series() ? motion_.u[0] : model.rest(d + 1);
   }
   one_.shape(model, 1);
   block_.shape(model, kBlock);
@@ -283,8 +271,9 @@ bool MotionIntegrator::march(std::span<const double> theta) {
 void MotionIntegrator::guess(int first, int last) {
   for (int row = std::max(first, 1); row < last; ++row) {
     for (int d = 0; d < q_; ++d) {
-      const double moved =
-          in_series(*model_, d + 1) ? motion_.u[row % n_] - motion_.u[(row - 1) % n_] : 0.0;
+      const double moved = d + 1 == model_->coordinate_in_series()
+                               ? motion_.u[row % n_] - motion_.u[(row - 1) % n_]
+                               : 0.0;
       w_(row, d) = row >= n_ ? w_(row - n_, d) : w_(row - 1, d) + moved;
     }
   }

@@ -226,7 +226,8 @@ std::string why_not(const Effect& effect, const config::ModelSpec& base, Kind ki
     return "it is read from the records, not fitted, and they do not show it";
   if (kind == Kind::imposed_motion && !imposable(effect))
     return std::string(why_not_imposed(effect));
-  if (effect.in_series() && has_part_in_series(base)) return std::string(kOnePartInSeries);
+  if (effect.in_series() && std::ranges::any_of(base.effects, is_in_series))
+    return std::string(kOnePartInSeries);
   if (misplaced) return std::string(path == nullptr ? kNoPlace : kOtherPlace);
   if (const auto lender = missing_lender(effect, base, path); !lender.empty())
     return fmt::format("it changes {}, which the model does not hold", lender);
@@ -256,13 +257,6 @@ Candidate driven_by(const DrivingInput& input, Candidate candidate) {
 }
 
 }  // namespace
-
-bool has_part_in_series(const config::ModelSpec& model) {
-  return std::ranges::any_of(model.effects, [](const config::EffectSpec& line) {
-    const Effect* effect = find_effect(line);
-    return effect != nullptr && effect->in_series();
-  });
-}
 
 config::MotionScale scale_of(const MotionRange& range) {
   const double length = 0.5 * (range.high - range.low);

@@ -312,8 +312,7 @@ MatrixXd stacked_jacobian(const HarmonicFit& fit, const std::vector<RunDatum>& d
 
 Signatures signatures_of(const HarmonicFit& fit, const std::vector<RunDatum>& data,
                          const Probe& probe, const FitOptions& options, const Probed* near) {
-  if (const Effect* effect = find_effect(probe.line);
-      effect != nullptr && effect->in_series() && has_part_in_series(fit.spec))
+  if (is_in_series(probe.line) && fit.model->coordinate_in_series() >= 0)
     return {{}, std::string(kOnePartInSeries), false, {}};
   const bool own = adds_its_own(fit, data, probe);
   if (own && near != nullptr && are_known(near->changes, data))

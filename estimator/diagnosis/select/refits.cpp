@@ -25,6 +25,7 @@ constexpr int kMemorySteps = 60;
 constexpr int kQuickSteps = 8, kQuickShare = 4;  // of a look from another start: steps, points
 constexpr int kMemoryShare = 2;                  // of a way on a coarse grid: the points
 constexpr double kNearBest = 2.0;                // of chi-squared, times the best one's
+constexpr double kNowhereNear = 30.0;            // the same, that no rival leaves
 
 // Index of an effect's parameter in a model, for the last line of that effect; -1: none.
 int find_parameter(const Model& model, const std::string& effect, std::string_view symbol) {
@@ -112,6 +113,10 @@ double pull(const HarmonicFit& fit, const std::vector<RunDatum>& data, int param
 
 const HarmonicFit& rounded(const Hypothesis& h) {
   return h.rounded ? *h.rounded : *h.fit;
+}
+
+void Refits::know_left(const Hypothesis& h) {
+  if (h.disqualified.empty()) least_left_ = std::min(least_left_, h.fit->chi_squared);
 }
 
 Hypothesis Refits::with(const Hypothesis& smaller, const Probe& probe) const {
@@ -310,6 +315,8 @@ FitOptions Refits::options_for(const config::ModelSpec& spec) const {
   FitOptions wanted = options_;
   wanted.sharp = true;
   wanted.at_once = false;
+  // Fits of records are dear. A corner leaves much until it jumps.
+  if (on_samples(data_) && !has_edges(spec)) wanted.hopeless = kNowhereNear * least_left_;
   const Model model(spec);
   if (model.coordinates() > model.mechanical()) {
     if (!on_samples(data_)) wanted.points /= 2;

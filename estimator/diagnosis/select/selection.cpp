@@ -13,6 +13,7 @@
 #include "estimator/diagnosis/select/internal/families.hpp"
 #include "estimator/diagnosis/select/internal/nesting.hpp"
 #include "estimator/diagnosis/select/internal/pairs.hpp"
+#include "estimator/diagnosis/select/internal/probe_order.hpp"
 #include "estimator/diagnosis/select/internal/refits.hpp"
 #include "estimator/diagnosis/select/internal/scored_forces.hpp"
 #include "estimator/diagnosis/select/internal/weights.hpp"
@@ -26,35 +27,9 @@ constexpr int kPairs = 3;      // of effects that only act together
 // Effects by which a hypothesis of one effect is extended, and one of more.
 constexpr int kExtensionsOfOne = 8, kExtensionsOfMore = 4;
 constexpr double kNearlyAll = 0.01;  // of chi-squared, left by one effect that closes the gap alone
-constexpr double kMinRefitGain = 5.0;       // of chi-squared: less is chance
 constexpr double kMaxNearRatio = 4.0;       // of chi-squared, times the best one's
 constexpr double kMaxWrongValley = 16.0;    // the same, of one that may stand in another valley
 constexpr double kMaxRemainingShare = 0.5;  // of chi-squared, that one more must leave at most
-
-struct Ordered {
-  const Candidate* candidate;
-  const Probe* probe;
-  double gain;
-};
-
-// The best shape of each candidate, with the best candidate first.
-std::vector<Ordered> ordered(const Scoring& scoring) {
-  std::vector<Ordered> best;
-  for (const Score& s : scoring.scores) {
-    auto found = std::find_if(best.begin(), best.end(),
-                              [&](const Ordered& o) { return o.candidate == s.candidate; });
-    if (found == best.end()) {
-      best.push_back({s.candidate, &s.candidate->probes[s.probe], s.gain});
-    } else if (s.gain > found->gain) {
-      found->probe = &s.candidate->probes[s.probe];
-      found->gain = s.gain;
-    }
-  }
-  std::erase_if(best, [](const Ordered& o) { return o.gain < kMinRefitGain; });
-  std::stable_sort(best.begin(), best.end(),
-                   [](const Ordered& a, const Ordered& b) { return a.gain > b.gain; });
-  return best;
-}
 
 // In a search by shares of the gap, the base model's probability only decides whether its corners
 // are made narrower.
@@ -167,26 +142,37 @@ class Search {
     }
   }
 
-  std::vector<std::size_t> extend(const Hypothesis& parent, const Scoring& scoring, int most) {
-    std::vector<std::size_t> made;
+  // The effects by which `parent` is extended: the `most` that gain most. An effect without a
+  // coefficient is scored at a guess of its shape, far from its end values. The score says little, so
+  // all such effects are tried once.
+  std::vector<OrderedProbe> to_try(const Hypothesis& parent, const Scoring& scoring, int most) {
+    std::vector<OrderedProbe> probes = ordered(scoring);
     int tried = 0;
-    for (const Ordered& next : ordered(scoring)) {
-      // An effect without a coefficient is scored at a guess of its shape, far from its end values.
-      // The score says little, so all such effects are tried once.
+    std::erase_if(probes, [&](const OrderedProbe& next) {
       const bool guessed = next.probe->coefficients.empty() && parent.effects.empty();
-      if (tried >= most && !guessed) continue;
+      if (tried >= most && !guessed) return true;
       const std::string& added = next.candidate->name();
       // Of an effect and its special case only one is wanted.
       const auto stands = [&](const std::string& e) { return e == added || related(e, added); };
-      if (std::any_of(parent.effects.begin(), parent.effects.end(), stands)) continue;
+      if (std::any_of(parent.effects.begin(), parent.effects.end(), stands)) return true;
       std::vector<std::string> effects = parent.effects;
       effects.insert(std::upper_bound(effects.begin(), effects.end(), added), added);
-      if (candidate_set_.find(effects) != nullptr) continue;
+      if (candidate_set_.find(effects) != nullptr) return true;
+      tried += guessed ? 0 : 1;
+      return false;
+    });
+    put_memory_last(probes);
+    return probes;
+  }
+
+  std::vector<std::size_t> extend(const Hypothesis& parent, const Scoring& scoring, int most) {
+    std::vector<std::size_t> made;
+    for (const OrderedProbe& next : to_try(parent, scoring, most)) {
       // Single effects compete with each other: the probability of one depends on all of them.
       if (!parent.effects.empty() && !candidate_set_.goes_on()) break;
-      tried += guessed ? 0 : 1;
       made.push_back(found_.hypotheses.size());
       found_.hypotheses.push_back(refits_.with(parent, *next.probe));
+      refits_.know_left(found_.hypotheses.back());
       keep_what_remains(found_.hypotheses.back(), made);
     }
     begin_at_special_cases(made);
@@ -372,7 +358,7 @@ class Search {
   const std::vector<Candidate>& all_;
   const SelectionOptions& options_;
   const std::function<void(double)>& progress_;
-  const Refits refits_;
+  Refits refits_;
   CandidateSet candidate_set_;
   std::shared_ptr<const HarmonicFit> pruned_;  // of the hypothesis that was pruned last
 };

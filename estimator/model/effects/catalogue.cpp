@@ -73,4 +73,9 @@ const Effect* find_effect(const config::EffectSpec& line) {
   return effect != nullptr && line.in_series ? &effect->as_part_in_series() : effect;
 }
 
+bool is_in_series(const config::EffectSpec& line) {
+  const Effect* effect = find_effect(line);
+  return effect != nullptr && effect->in_series();
+}
+
 }  // namespace shaker::estimator

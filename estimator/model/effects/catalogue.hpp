@@ -24,6 +24,10 @@ const Effect* find_effect(std::string_view name);
 /// \param line of a model file
 /// \return the effect, as a part in series if the line says so, or nullptr if none has that name
 const Effect* find_effect(const config::EffectSpec& line);
+/// Tells parts of the load path from forces beside it.
+/// \param line of a model file
+/// \return true if all load goes through it: a play, or a joint that yields
+bool is_in_series(const config::EffectSpec& line);
 
 /// The effect of the damper with this name: one function for each file.
 /// \return the only instance, which lives as long as the program

@@ -31,6 +31,9 @@ struct FitOptions {
   bool correct_start = false;
   bool sharp = false;    // corners as sharp as the points can follow (smoothing.hpp)
   bool at_once = false;  // friction jumps where it can (jumping_friction.hpp)
+  // Chi-squared that is of no use. A fit that hardly comes nearer, and whose next step promises to
+  // leave more than that, is given up.
+  double hopeless = std::numeric_limits<double>::infinity();
   // Largest part of the data's evaluation budget for one fit; a fit that would take more is
   // stopped.
   double fit_budget = std::numeric_limits<double>::infinity();
@@ -64,6 +67,7 @@ struct HarmonicFit {
   int observations = 0;
   int iterations = 0;
   bool converged = false;
+  bool given_up = false;      // it came nowhere near what others leave
   bool stopped = false;       // it took all the budget that it may: nothing is known of it
   bool predicts_all = false;  // the runs that are held out too
   bool rounded = false;       // smoothing widths are those of the grid

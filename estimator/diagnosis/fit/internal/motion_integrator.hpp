@@ -35,10 +35,6 @@ struct Motion {
 // polynomial of fifth degree through both neighbours, and the last lies half a step beyond.
 Motion halved(const Motion& motion);
 
-// True if parts of the model's load path are in series: some coordinate is the damper's own stroke
-// behind a play or a joint.
-bool parts_in_series(const Model& model);
-
 // True if a MotionIntegrator accepts the model: one mechanical coordinate, and no memory with
 // inertia.
 bool can_be_carried(const Model& model);

@@ -47,8 +47,7 @@ struct MotionRange {
 // By what the motion differs in size from that for which the catalogue's numbers are meant.
 config::MotionScale scale_of(const MotionRange& range);
 
-// True if the load path holds a part in series: it has at most one.
-bool has_part_in_series(const config::ModelSpec& model);
+// A load path has at most one part in series.
 constexpr std::string_view kOnePartInSeries =
     "the model has a play or a joint in its load path already";
 

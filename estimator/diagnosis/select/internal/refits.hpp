@@ -30,6 +30,8 @@ class Refits {
          Errors errors = Errors::noise)
       : base_(base), data_(data), options_(options), errors_(errors) {}
 
+  // Tells what an admissible hypothesis leaves: fits that come nowhere near it are given up.
+  void know_left(const Hypothesis& h);
   // Fits a hypothesis with one more effect, and computes its evidence.
   Hypothesis with(const Hypothesis& smaller, const Probe& probe) const;
   // Fits the base model with the effect from start values at which the effect acts. Empty if a few
@@ -87,6 +89,7 @@ class Refits {
   const std::vector<RunDatum>& data_;
   const FitOptions& options_;
   const Errors errors_;
+  double least_left_ = std::numeric_limits<double>::infinity();  // chi-squared
 };
 
 }  // namespace shaker::estimator::diagnosis

@@ -56,5 +56,33 @@ TEST(HarmonicFit, WalksABentValleyInFewSteps) {
   EXPECT_LE(far.iterations, 70);
 }
 
+// A fit that others have beaten by far is not worth all its steps, unless it still comes nearer.
+TEST(HarmonicFit, IsGivenUpWhereItsStepsPromiseNothingOfUse) {
+  const Campaign campaign =
+      testing::recorded({{"metering_k1", 0.5}}, testing::kSixRuns, 6, "oleo", 2e-6);
+  std::vector<SteadyRun> runs;
+  for (const Recording& run : campaign.runs)
+    runs.push_back(steady_cycles(run).value());
+  const Weighed weighed = weigh(runs);
+  auto model = estimator::testing::oleo();
+  model.effects.push_back(effect("metering_pin"));
+  std::vector<double> start = estimator::testing::kOleoSi;
+  start[0] *= 1.5;
+  start.insert(start.end(), {0.0, 0.9});
+  const HarmonicFit whole = fit_harmonics(model, weighed.data, start, nullptr, {});
+  ASSERT_TRUE(whole.converged);
+  FitOptions options;
+  options.hopeless = 0.5 * whole.chi_squared;  // what others leave
+  const HarmonicFit beaten = fit_harmonics(model, weighed.data, start, nullptr, options);
+  EXPECT_TRUE(beaten.given_up);
+  EXPECT_FALSE(beaten.converged);
+  EXPECT_LT(beaten.iterations, whole.iterations);
+  EXPECT_NE(beaten.trouble.find("nor came anywhere near"), std::string::npos) << beaten.trouble;
+  options.hopeless = 2.0 * whole.chi_squared;
+  const HarmonicFit useful = fit_harmonics(model, weighed.data, start, nullptr, options);
+  EXPECT_FALSE(useful.given_up);
+  EXPECT_EQ(useful.theta, whole.theta);
+}
+
 }  // namespace
 }  // namespace shaker::estimator::diagnosis

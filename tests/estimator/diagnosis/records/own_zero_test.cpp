@@ -27,7 +27,7 @@ Campaign let_go(double friction, const std::vector<double>& zeros) {
   };
   Campaign campaign;
   for (std::size_t r = 0; r < zeros.size(); ++r) {
-    Recording run = testing::decay_of(force, {kStarts[r], 10.0, 100.0, 2e-5, r + 1});
+    Recording run = testing::decay_of(force, {kStarts[r], 6.0, 100.0, 2e-5, r + 1});
     run.name = "r" + std::to_string(r + 1);
     for (double& u : run.displacement)
       u += zeros[r];
