@@ -18,17 +18,23 @@ namespace shaker::cli {
 namespace {
 
 // Runs of one name in two campaigns are told apart by the campaign's.
-void add_runs(std::vector<estimator::RunData> runs, const std::filesystem::path& place,
-              EstimationInput& input) {
+Result<void> add_runs(std::vector<estimator::RunData> runs, const std::filesystem::path& place,
+                      EstimationInput& input) {
   const std::size_t before = input.runs.size();
   for (estimator::RunData& run : runs) {
     std::string& name = run.condition.run;
+    for (std::size_t r = 0; r < before; ++r) {
+      const estimator::RunData& other = input.runs[r];
+      if (run.displacement == other.displacement && run.harmonics == other.harmonics)
+        return held_twice(place, name, other.condition.run);
+    }
     const bool taken =
         std::any_of(input.runs.begin(), input.runs.begin() + static_cast<std::ptrdiff_t>(before),
                     [&](const auto& other) { return other.condition.run == name; });
     if (taken) name = fmt::format("{}/{}", place.stem().string(), name);
     input.runs.push_back(std::move(run));
   }
+  return {};
 }
 
 // Adds the runs of one database.
@@ -37,7 +43,7 @@ Result<void> add_database(const std::filesystem::path& file, const InputOptions&
   auto data =
       runs_from_database(file, options.harmonics, periods, estimator::varies_by_run(input.model));
   if (!data) return data.error();
-  add_runs(std::move(data->runs), file, input);
+  if (auto added = add_runs(std::move(data->runs), file, input); !added) return added;
   input.warnings.insert(input.warnings.end(), data->warnings.begin(), data->warnings.end());
   input.spoiled = input.spoiled || data->spoiled;
   if (periods.asked()) input.cycles = input.cycles.value_or(0) + data->cycles;
@@ -58,7 +64,7 @@ Result<void> add_folder(const std::filesystem::path& folder, const InputOptions&
   input.warnings.insert(input.warnings.end(), campaign->warnings.begin(), campaign->warnings.end());
   auto runs = runs_of_recordings(*campaign, folder.string(), options.harmonics, input.warnings);
   if (!runs) return runs.error();
-  add_runs(std::move(*runs), folder, input);
+  if (auto added = add_runs(std::move(*runs), folder, input); !added) return added;
   input.campaign = input.campaign ? *input.campaign + " + " + campaign->name : campaign->name;
   return {};
 }

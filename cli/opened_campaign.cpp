@@ -34,7 +34,15 @@ std::string own_name(const fs::path& place) {
 }
 
 // Adds the runs of `next`. Runs of one name in two campaigns are told apart by the campaign's.
-void join(Campaign& all, Campaign next, const std::string& name) {
+Result<void> join(Campaign& all, Campaign next, const fs::path& place) {
+  for (const Recording& run : next.runs) {
+    for (const Recording& other : all.runs) {
+      if (!run.displacement.empty() && run.displacement == other.displacement &&
+          run.force == other.force)
+        return held_twice(place, run.name, other.name);
+    }
+  }
+  const std::string name = own_name(place);
   std::set<std::string> taken;
   for (const Recording& run : all.runs)
     taken.insert(run.name);
@@ -50,6 +58,7 @@ void join(Campaign& all, Campaign next, const std::string& name) {
     if (std::find(all.inputs.begin(), all.inputs.end(), input) == all.inputs.end())
       all.inputs.push_back(std::move(input));
   }
+  return {};
 }
 
 bool all_state(const Campaign& campaign, const std::string& condition) {
@@ -99,6 +108,13 @@ Result<void> expect_campaign(const fs::path& path) {
                     "folder with campaign.json and a CSV file for each run");
 }
 
+Error held_twice(const fs::path& place, const std::string& run, const std::string& before) {
+  return not_opened(place,
+                    fmt::format("its run {} has the samples of run {} of a campaign before "
+                                "it, whose noise would count twice; leave one of the two out",
+                                run, before));
+}
+
 Result<config::ModelSpec> model_of_campaigns(const std::vector<fs::path>& places,
                                              const fs::path& model) {
   if (!model.empty()) return config::load_model(model);
@@ -144,8 +160,8 @@ Result<OpenedCampaign> open_campaigns(const std::vector<fs::path>& places, const
                                            opened.model.gravity, gravity));
     if (&place == &places.front())
       opened.campaign = std::move(*next);
-    else
-      join(opened.campaign, std::move(*next), own_name(place));
+    else if (auto joined = join(opened.campaign, std::move(*next), place); !joined)
+      return joined.error();
   }
   if (auto why = taken_as_one(opened.model, opened.campaign); !why.empty())
     opened.campaign.warnings.push_back(std::move(why));

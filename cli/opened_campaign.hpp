@@ -35,6 +35,10 @@ Result<void> expect_campaign(const std::filesystem::path& path);
 Result<config::ModelSpec> model_of_campaigns(const std::vector<std::filesystem::path>& places,
                                              const std::filesystem::path& model);
 
+// That a campaign has a run which one before it has: its noise would count twice.
+Error held_twice(const std::filesystem::path& place, const std::string& run,
+                 const std::string& before);
+
 // Reads all runs. A run whose name occurs twice gets the name of its campaign in front. An Error
 // names the place and the remedy.
 Result<OpenedCampaign> open_campaigns(const std::vector<std::filesystem::path>& places,

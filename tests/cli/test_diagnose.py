@@ -20,13 +20,13 @@ def stroke(frequency, t, damping=2.0, stiffness=100.0, amplitude=2.0):
     return abs(phasor) * math.cos(omega * t + math.atan2(phasor.imag, phasor.real))
 
 
-def response(frequency, amplitude=2.0):
-    """The stroke, with noise that repeats."""
+def response(frequency, amplitude=2.0, seed=0):
+    """The stroke, with noise that repeats for each seed."""
     omega = 2 * math.pi * frequency
     lines = ["t,excitation,displacement"]
     for i in range(1500):
         t = i / (100 * frequency)
-        noise = 1e-5 * math.sin(12345.678 * i * i)
+        noise = 1e-5 * math.sin(12345.678 * i * i + seed)
         u = stroke(frequency, t) + noise
         lines.append(f"{t:.9f},{amplitude * math.cos(omega * t):.9f},{u:.9f}")
     return "\n".join(lines) + "\n"

@@ -113,6 +113,8 @@ class Drop(Scratch):
     def test_estimate_takes_a_folder_and_several(self):
         other = self.path / "again"
         shutil.copytree(self.campaign, other)
+        for i, frequency in enumerate((0.8, 1.3, 2.1), 1):
+            (other / f"r{i}.csv").write_text(response(frequency, seed=1))
         for places in ([self.campaign], [self.campaign, other]):
             result = self.call("estimate", *places, "--model", self.model, "--json")
             self.assertEqual(result.returncode, 0, result.stderr)
@@ -224,10 +226,19 @@ class Drop(Scratch):
         self.assertIn("two dampers", said[0])
         self.assertRegex(said[0], r": k is (99.9|100).* by one and (119.9|120).* by the other")
         self.assertEqual(result.returncode, 6, result.stderr)
-        shutil.rmtree(other)
-        shutil.copytree(self.campaign, other)
+        for i, frequency in enumerate((0.8, 1.3, 2.1), 1):
+            (other / f"r{i}.csv").write_text(response(frequency, seed=1))
         result = self.call("estimate", self.campaign, other, "--model", self.model, "--json")
         self.assertNotIn("do not agree", result.stdout)
+
+    def test_a_campaign_that_is_given_twice_is_refused(self):
+        copy = self.path / "copy"
+        shutil.copytree(self.campaign, copy)
+        for command in ("estimate", "diagnose", ("drop", "--sink-speed", "2")):
+            words = (command,) if isinstance(command, str) else command
+            for again in (self.campaign, copy):
+                said = self.refused(words[0], self.campaign, again, *words[1:], "--model", self.model)
+                self.assertIn("its run r1 has the samples of run r1 of a campaign before it", said)
 
     def test_a_diagnosis_of_another_campaign_is_refused(self):
         out = self.diagnosed()
