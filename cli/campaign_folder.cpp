@@ -246,6 +246,13 @@ std::vector<Described> describe_runs(ObjectReader& document, Findings& findings)
                    fmt::format("\"{}\" is the name of another run too; names tell them apart in "
                                "the answer",
                                next.run.name));
+    if (std::any_of(runs.begin(), runs.end(), [&](const Described& other) {
+          return other.run.name != next.run.name && other.file == next.file;
+        }))
+      findings.add(node, pointer + "/file",
+                   fmt::format("\"{}\" is the file of another run too, and its noise would count "
+                               "twice; leave one of the two out",
+                               next.file.string()));
     runs.push_back(std::move(next));
   });
   return runs;

@@ -87,8 +87,8 @@ Result<KnownBefore> known_before(const DropOptions& options, DropKnowledge& out)
 }
 
 // A parameter of an estimate at its place in the model file: theta2[r01] is theta2 in one run.
-std::optional<estimator::ModelNumber> place_of(const std::string& name,
-                                               const estimator::Model& model) {
+std::optional<estimator::ModelNumber> number_called(const std::string& name,
+                                                    const estimator::Model& model) {
   const auto& parameters = model.parameters();
   const auto called = [&](const std::string& what) {
     return std::find_if(parameters.begin(), parameters.end(),
@@ -106,7 +106,7 @@ void take_values(const protocol::EstimateDocument& estimate, const estimator::Mo
   std::vector<estimator::ModelNumber> places;
   std::vector<double> values;
   for (const auto& entry : estimate.parameters) {
-    const auto place = place_of(entry.name, model);
+    const auto place = number_called(entry.name, model);
     if (!place) continue;
     places.push_back(*place);
     values.push_back(entry.value);
@@ -134,7 +134,7 @@ void take_covariance(const protocol::EstimateDocument& estimate, const estimator
   std::vector<Eigen::Index> rows;
   for (std::size_t i = 0; i < estimate.covariance_order.size(); ++i) {
     const std::string& name = estimate.covariance_order[i];
-    const auto place = place_of(name, model);
+    const auto place = number_called(name, model);
     if (!place) continue;
     const auto entry = std::find_if(estimate.parameters.begin(), estimate.parameters.end(),
                                     [&](const auto& p) { return p.name == name; });

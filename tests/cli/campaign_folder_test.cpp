@@ -154,6 +154,18 @@ TEST_F(CampaignFolder, SaysWhatDoesNotMatch) {
   EXPECT_EQ(trouble("", R"("units": {"force": "kN"}, "reference_mass": 100,)"), "none");
 }
 
+TEST_F(CampaignFolder, SaysWhichRunIsThereTwice) {
+  const auto runs = [](const std::string& second) {
+    return R"({"format": "shaker-campaign/1", "runs": [{"name": "r01"}, )" + second + "]}";
+  };
+  const auto named = read(runs(R"({"name": "r01", "frequency_hz": 2})"));
+  ASSERT_FALSE(named);
+  EXPECT_THAT(named.error().what, AllOf(HasSubstr("/runs/1/name"), Not(HasSubstr("/runs/1/file"))));
+  const auto measured = read(runs(R"({"name": "again", "file": "r01.csv"})"));
+  ASSERT_FALSE(measured);
+  EXPECT_THAT(measured.error().what, AllOf(HasSubstr("/runs/1/file"), HasSubstr("count twice")));
+}
+
 TEST_F(CampaignFolder, ConvertsAnglesToTheModels) {
   model_.length_unit = "rad";
   write("campaign.json", R"({"format": "shaker-campaign/1",
