@@ -27,6 +27,11 @@
 
 namespace shaker::estimator {
 
+// Degrees of freedom behind a campaign's covariance, at most: those of one harmonic, cosine and sine,
+// of a dozen cycles, whatever the count over all harmonics says. docs/drop_coverage.md has how often
+// intervals hold.
+constexpr double kMostCampaignFreedom = 22.0;
+
 struct DropConditions {
   double sink_speed = 0.0;  // the model's length unit per s; above 0
   double lift = 0.0;        // share of the weight, 0 to 1

@@ -16,9 +16,6 @@ constexpr int kHistoryDraws = 300;  // of all parts together
 constexpr int kFewestHistoryDraws = 25;
 constexpr int kMostRedraws = 200;
 constexpr int kFewestExactDraws = 15;
-// Degrees of freedom of the draws, at most: those of one harmonic, cosine and sine, of a dozen cycles,
-// whatever the count over all harmonics says. docs/drop_coverage.md has how often intervals hold.
-constexpr double kMostFreedom = 22.0;
 
 // The quadratic goes on beyond what a figure can be, and a random force may push where no damper
 // can. What has no value (NaN) keeps none.
@@ -66,7 +63,7 @@ double DropSurrogate::quantile(double probability) const {
 
 std::vector<double> DropSurrogate::variates(std::mt19937_64& random) const {
   std::normal_distribution<double> normal;
-  const double freedom = std::min(kMostFreedom, freedom_of(damper_));
+  const double freedom = std::min(kMostCampaignFreedom, freedom_of(damper_));
   std::chi_squared_distribution<double> chi(freedom);
   const double spread = std::sqrt(freedom / chi(random));
   std::vector<double> z;

@@ -29,8 +29,7 @@ constexpr std::size_t kSlowParts = 12;  // means of that many pieces are the slo
 // the efficiency of a mean square, and neighbours share what they tell.
 constexpr double kSamplesPerFreedom = 6.0;
 constexpr double kStatedFreedom = 1e6;
-constexpr double kMostCampaignFreedom = 22.0;  // as of the draws of a mixture
-constexpr double kBestTransducer = 1e-5;       // noise over the largest stroke
+constexpr double kBestTransducer = 1e-5;  // noise over the largest stroke
 constexpr double kLeastRootVariance = 1e-10;
 // Half of the weight stays with what the band held before.
 constexpr double kUnnamedWhereItDisagrees = 0.5;

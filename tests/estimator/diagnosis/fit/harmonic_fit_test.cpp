@@ -30,21 +30,33 @@ TEST(HarmonicFit, KnowsNoErrorsWhereThereIsNoSolution) {
   EXPECT_FALSE(reduces(fit, "stribeck_friction"));
 }
 
-// The orifice and a metering pin have similar effects: chi-squared has a long curved valley.
-TEST(HarmonicFit, WalksABentValleyInFewSteps) {
-  const Campaign campaign =
-      testing::recorded({{"metering_k1", 0.5}}, testing::kSixRuns, 6, "oleo", 2e-6);
-  std::vector<SteadyRun> runs;
-  for (const Recording& run : campaign.runs)
-    runs.push_back(steady_cycles(run).value());
-  const Weighed weighed = weigh(runs);
-  auto model = estimator::testing::oleo();
-  model.effects.push_back(effect("metering_pin"));
+// The orifice and a metering pin have similar effects: chi-squared has a long curved valley. The
+// start is far from its end.
+struct BentValley {
+  BentValley() {
+    std::vector<SteadyRun> runs;
+    const Campaign campaign =
+        testing::recorded({{"metering_k1", 0.5}}, testing::kSixRuns, 6, "oleo", 2e-6);
+    for (const Recording& run : campaign.runs)
+      runs.push_back(steady_cycles(run).value());
+    weighed = weigh(runs);
+    model.effects.push_back(effect("metering_pin"));
+    start[0] *= 1.5;
+    start.insert(start.end(), {0.0, 0.9});
+  }
+  HarmonicFit fitted(const std::vector<double>& from, const FitOptions& options = {}) const {
+    return fit_harmonics(model, weighed.data, from, nullptr, options);
+  }
+
+  Weighed weighed;
+  config::ModelSpec model = estimator::testing::oleo();
   std::vector<double> start = estimator::testing::kOleoSi;
-  start[0] *= 1.5;
-  start.insert(start.end(), {0.0, 0.9});
-  const HarmonicFit far = fit_harmonics(model, weighed.data, start, nullptr, {});
-  const HarmonicFit near = fit_harmonics(model, weighed.data, Model(model).start(), nullptr, {});
+};
+
+TEST(HarmonicFit, WalksABentValleyInFewSteps) {
+  const BentValley valley;
+  const HarmonicFit far = valley.fitted(valley.start);
+  const HarmonicFit near = valley.fitted(Model(valley.model).start());
   ASSERT_TRUE(near.converged);
   ASSERT_TRUE(far.converged);
   // To the end of the valley, where the grid causes ripples of a tenth.
@@ -58,28 +70,18 @@ TEST(HarmonicFit, WalksABentValleyInFewSteps) {
 
 // A fit that others have beaten by far is not worth all its steps, unless it still comes nearer.
 TEST(HarmonicFit, IsGivenUpWhereItsStepsPromiseNothingOfUse) {
-  const Campaign campaign =
-      testing::recorded({{"metering_k1", 0.5}}, testing::kSixRuns, 6, "oleo", 2e-6);
-  std::vector<SteadyRun> runs;
-  for (const Recording& run : campaign.runs)
-    runs.push_back(steady_cycles(run).value());
-  const Weighed weighed = weigh(runs);
-  auto model = estimator::testing::oleo();
-  model.effects.push_back(effect("metering_pin"));
-  std::vector<double> start = estimator::testing::kOleoSi;
-  start[0] *= 1.5;
-  start.insert(start.end(), {0.0, 0.9});
-  const HarmonicFit whole = fit_harmonics(model, weighed.data, start, nullptr, {});
+  const BentValley valley;
+  const HarmonicFit whole = valley.fitted(valley.start);
   ASSERT_TRUE(whole.converged);
   FitOptions options;
   options.hopeless = 0.5 * whole.chi_squared;  // what others leave
-  const HarmonicFit beaten = fit_harmonics(model, weighed.data, start, nullptr, options);
+  const HarmonicFit beaten = valley.fitted(valley.start, options);
   EXPECT_TRUE(beaten.given_up);
   EXPECT_FALSE(beaten.converged);
   EXPECT_LT(beaten.iterations, whole.iterations);
   EXPECT_NE(beaten.trouble.find("nor came anywhere near"), std::string::npos) << beaten.trouble;
   options.hopeless = 2.0 * whole.chi_squared;
-  const HarmonicFit useful = fit_harmonics(model, weighed.data, start, nullptr, options);
+  const HarmonicFit useful = valley.fitted(valley.start, options);
   EXPECT_FALSE(useful.given_up);
   EXPECT_EQ(useful.theta, whole.theta);
 }
